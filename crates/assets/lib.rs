@@ -1,0 +1,1 @@
+//! Writes the small scenes of assets/

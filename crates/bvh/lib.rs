@@ -1,0 +1,1 @@
+//! WHERE things are: obvhs builds, this lays the nodes out as uploaded

@@ -1,0 +1,1 @@
+//! The picture: tone mapping, PNG and EXR, error metrics

@@ -1,0 +1,1 @@
+//! HOW it is rendered: device, program, upload, dispatches, read-back

@@ -1,0 +1,453 @@
+//! The scene as everything after the importer sees it: flat lists, all special cases of the file resolved.
+//!
+//! # Spaces
+//!
+//! - *World space*: metres, right-handed, Y up, as in the file.
+//! - *Scene space*: `(world - frame.centre) * frame.scale`, computed in f64 and rounded to f32 once. The scale is a power
+//!   of two that brings the longest side of the scene's bounding box into [1, 2), so the renderer's arithmetic is the same
+//!   wherever the scene lies and however large it is. **Everything in [`Scene`] is in scene space**: positions, cameras,
+//!   light positions, ranges, intensities (inverse square), attenuation distances.
+//!
+//! Colours are linear, Rec. 709 primaries.
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
+use crate::environment::Environment;
+
+/// A scene ready to render: world-space geometry, resolved materials, lights, cameras and surroundings.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// How scene space relates to world space.
+    pub frame: Frame,
+    /// All triangles of all meshes, each in its place.
+    pub geometry: Geometry,
+    /// The materials; never empty where there is a triangle (glTF's default material is added where a primitive names none).
+    pub materials: Vec<Material>,
+    /// What materials sample: an image with a sampler and an encoding.
+    pub textures: Vec<Texture>,
+    /// Decoded images, each once, however many textures use it.
+    pub images: Vec<Image>,
+    /// Punctual lights.
+    pub lights: Vec<Light>,
+    /// The cameras of the file, in the order of the nodes that carry them.
+    pub cameras: Vec<Camera>,
+    /// Names of the nodes that carry triangles; [`Triangle::node`] points here. "node 7" where the file gives none.
+    pub nodes: Vec<String>,
+    /// What a ray sees and what a surface gathers where there is no geometry.
+    pub surroundings: Surroundings,
+    /// What the importer had to leave out or mend.
+    pub warnings: Vec<Warning>,
+}
+
+/// Scene space from world space: `scene = (world - centre) * scale`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The middle of the scene's bounding box, world space, metres.
+    pub centre: DVec3,
+    /// A power of two, scene units a metre.
+    pub scale: f64,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self { centre: DVec3::ZERO, scale: 1.0 }
+    }
+}
+
+impl Frame {
+    /// The frame of a bounding box in world space: its centre, and the power of two that brings its longest side into
+    /// [1, 2). A box without extent (a point, or empty) keeps scale 1.
+    #[must_use]
+    pub fn of_bounds(min: DVec3, max: DVec3) -> Self {
+        if !(min.cmple(max).all() && min.is_finite() && max.is_finite()) {
+            return Self::default();
+        }
+        // Halves first: the sum of two large coordinates may overflow.
+        let centre = min * 0.5 + max * 0.5;
+        let extent = (max - min).max_element();
+        let scale = if extent > 0.0 && extent.is_finite() { power_of_two_below(extent).recip() } else { 1.0 };
+        Self { centre, scale }
+    }
+
+    /// A point from world space into scene space.
+    #[must_use]
+    pub fn to_scene(&self, world: DVec3) -> DVec3 {
+        (world - self.centre) * self.scale
+    }
+
+    /// A point from scene space into world space, metres.
+    #[must_use]
+    pub fn to_world(&self, scene: DVec3) -> DVec3 {
+        scene / self.scale + self.centre
+    }
+}
+
+/// The largest power of two that is at most `x`; `x` positive, finite and normal.
+fn power_of_two_below(x: f64) -> f64 {
+    const MANTISSA: u64 = (1 << 52) - 1;
+    f64::from_bits(x.to_bits() & !MANTISSA)
+}
+
+/// Triangles and the attributes of their vertices. Attribute lists are as long as `positions`, or empty where no material
+/// of the scene reads them.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    /// Scene space.
+    pub positions: Vec<Vec3>,
+    /// Shading normals, unit length. Where the file gives none, the triangle's own (its vertices are then not shared).
+    pub normals: Vec<Vec3>,
+    /// xyz: unit tangent, w: +1 or -1, with bitangent = w * cross(normal, tangent). Empty if no material has a normal map.
+    pub tangents: Vec<Vec4>,
+    /// UV sets, each as long as `positions`; only the sets that some texture reads, renumbered ([`TextureRef::uv_set`]).
+    pub uv_sets: Vec<Vec<Vec2>>,
+    /// Linear RGBA vertex colours. Empty if no mesh has any; (1, 1, 1, 1) for vertices without.
+    pub colors: Vec<Vec4>,
+    /// Counter-clockwise seen from the front, also where a node's transform mirrors.
+    pub triangles: Vec<Triangle>,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices into the vertex attributes, counter-clockwise seen from the front.
+    pub vertices: [u32; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Index into [`Scene::nodes`].
+    pub node: u32,
+}
+
+/// A material with every factor resolved (glTF 2.0 section 3.9 and the KHR_materials extensions that we support).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The file's name for it, or "material 3".
+    pub name: String,
+    /// Linear RGBA factor.
+    pub base_color: Vec4,
+    /// sRGB-encoded RGBA, multiplied in.
+    pub base_color_texture: Option<TextureRef>,
+    /// 0 dielectric to 1 metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1; alpha of the microfacet model is its square.
+    pub roughness: f32,
+    /// Linear; G multiplies roughness, B metallic.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Linear, tangent space, `xyz * 2 - 1`.
+    pub normal_texture: Option<TextureRef>,
+    /// Scales x and y of the normal map.
+    pub normal_scale: f32,
+    /// Linear; R is how much of the ambient light arrives.
+    pub occlusion_texture: Option<TextureRef>,
+    /// 0 (no occlusion) to 1 (all of it).
+    pub occlusion_strength: f32,
+    /// Emitted radiance, factor times KHR_materials_emissive_strength.
+    pub emissive: Vec3,
+    /// sRGB-encoded RGB, multiplied in.
+    pub emissive_texture: Option<TextureRef>,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// Back faces are seen. Where false they are culled for radiance rays (not for shadow rays, nor where the material
+    /// transmits light).
+    pub double_sided: bool,
+    /// KHR_materials_unlit: shows its base colour, takes part in no lighting.
+    pub unlit: bool,
+    /// KHR_materials_transmission factor, 0 to 1.
+    pub transmission: f32,
+    /// Linear; R multiplies transmission.
+    pub transmission_texture: Option<TextureRef>,
+    /// Index of refraction against vacuum, at least 1. [`f32::INFINITY`] for the file's 0, which means: reflects all.
+    pub ior: f32,
+    /// KHR_materials_specular factor, 0 to 1.
+    pub specular: f32,
+    /// Linear; A multiplies specular.
+    pub specular_texture: Option<TextureRef>,
+    /// Linear, may exceed 1.
+    pub specular_color: Vec3,
+    /// sRGB-encoded RGB, multiplied in.
+    pub specular_color_texture: Option<TextureRef>,
+    /// KHR_materials_volume with a thickness above zero: the surface bounds a solid. `None`: a thin wall, light goes
+    /// straight through.
+    pub volume: Option<Volume>,
+    /// The book's own coefficients (`extras.whitted`), used by the `whitted` model in place of those derived from the
+    /// factors above.
+    pub whitted: Option<WhittedCoefficients>,
+}
+
+/// What fills a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volume {
+    /// What remains of white light after `attenuation_distance`.
+    pub attenuation_color: Vec3,
+    /// Scene space; infinite for a clear medium.
+    pub attenuation_distance: f64,
+}
+
+/// Coefficients of eq. 14.32 (Foley et al.), from `extras.whitted`. Those the author leaves out keep the derived value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WhittedCoefficients {
+    /// Ambient reflection.
+    pub ka: Option<f32>,
+    /// Diffuse reflection.
+    pub kd: Option<f32>,
+    /// Specular reflection, of lights and of the reflected ray.
+    pub ks: Option<Vec3>,
+    /// Exponent of the highlight, at least 0.
+    pub n: Option<f32>,
+    /// Transmission of the refracted ray. Above zero it makes the surface bound a solid of index `ior`.
+    pub kt: Option<Vec3>,
+    /// Index of refraction, at least 1.
+    pub ior: Option<f32>,
+}
+
+/// glTF 3.9.4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Alpha below the cutoff: not there. Otherwise opaque.
+    Mask {
+        /// 0 and above.
+        cutoff: f32,
+    },
+    /// Alpha is coverage.
+    Blend,
+}
+
+impl Default for Material {
+    /// glTF's default material.
+    fn default() -> Self {
+        Self {
+            name: "default".to_owned(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            unlit: false,
+            transmission: 0.0,
+            transmission_texture: None,
+            ior: 1.5,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            volume: None,
+            whitted: None,
+        }
+    }
+}
+
+impl Material {
+    /// Every texture that the material reads.
+    pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.occlusion_texture,
+            &self.emissive_texture,
+            &self.transmission_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+}
+
+/// A material's use of a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`Scene::textures`].
+    pub texture: u32,
+    /// Index into [`Geometry::uv_sets`].
+    pub uv_set: u32,
+    /// KHR_texture_transform as an affine map: `u' = m[0] u + m[1] v + m[2]`, `v' = m[3] u + m[4] v + m[5]`.
+    pub transform: [f32; 6],
+}
+
+impl TextureRef {
+    /// The transform that changes nothing.
+    pub const IDENTITY: [f32; 6] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+}
+
+/// An image with the way to read it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Texture {
+    /// Index into [`Scene::images`].
+    pub image: u32,
+    /// Beyond [0, 1] in u.
+    pub wrap_u: Wrap,
+    /// Beyond [0, 1] in v.
+    pub wrap_v: Wrap,
+    /// Between texel centres (glTF's magFilter; there are no mip maps).
+    pub filter: Filter,
+    /// The colour channels are sRGB-encoded and decoded before filtering; alpha never is.
+    pub srgb: bool,
+}
+
+/// glTF sampler wrapping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// Again and again, every other time mirrored.
+    MirroredRepeat,
+    /// The edge texel goes on.
+    ClampToEdge,
+}
+
+/// glTF sampler filtering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Filter {
+    /// The texel that the point lies in.
+    Nearest,
+    /// Bilinear between the four nearest texel centres.
+    #[default]
+    Linear,
+}
+
+/// A decoded image: 8 bits a channel, RGBA, row by row from the top. glTF's (0, 0) is the upper left corner.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Image {
+    /// The file's name for it, its URI, or "image 2".
+    pub name: String,
+    /// Texels, at least 1.
+    pub width: u32,
+    /// Texels, at least 1.
+    pub height: u32,
+    /// `width * height` texels.
+    pub texels: Vec<[u8; 4]>,
+}
+
+impl std::fmt::Debug for Image {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Image({:?}, {}x{})", self.name, self.width, self.height)
+    }
+}
+
+/// A KHR_lights_punctual light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// The file's name for it, or "light 0".
+    pub name: String,
+    /// What kind, and where.
+    pub kind: LightKind,
+    /// Colour times intensity. Directional: irradiance (W/m^2, glTF's lux). Point and spot: W/sr (glTF's candela) times
+    /// `frame.scale` squared, so that intensity over squared distance, both in scene space, is the irradiance.
+    pub intensity: DVec3,
+}
+
+/// The kinds of KHR_lights_punctual. Scene space throughout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// Infinitely far away.
+    Directional {
+        /// Unit vector in which the light travels.
+        direction: DVec3,
+    },
+    /// Shines alike in all directions.
+    Point {
+        /// Where it is.
+        position: DVec3,
+        /// Beyond it there is no light; infinite if the file gives none.
+        range: f64,
+    },
+    /// Shines into a cone.
+    Spot {
+        /// Where it is.
+        position: DVec3,
+        /// Unit vector of the cone's axis, away from the light.
+        direction: DVec3,
+        /// Beyond it there is no light; infinite if the file gives none.
+        range: f64,
+        /// Full intensity up to here; radians from the axis, 0 <= inner < outer.
+        inner_cone_angle: f64,
+        /// None from here on; radians from the axis, at most pi/2.
+        outer_cone_angle: f64,
+    },
+}
+
+/// A camera, scene space. It looks along `forward`; the three axes are orthonormal and right-handed
+/// (`right x up = -forward`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The node's name, else the camera's, else "camera 0".
+    pub name: String,
+    /// Where it is.
+    pub position: DVec3,
+    /// To the right in the picture.
+    pub right: DVec3,
+    /// Up in the picture.
+    pub up: DVec3,
+    /// Into the picture.
+    pub forward: DVec3,
+    /// How points are projected.
+    pub projection: Projection,
+}
+
+/// How a camera projects. Clipping planes are ignored: a ray tracer needs none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// Vertical field of view, radians, in (0, pi).
+        yfov: f64,
+        /// Width over height that the author had in mind. The picture's own size decides; this picks the default size.
+        aspect: Option<f64>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Half the width of the view, scene space, positive. Gives way to the picture's own aspect.
+        xmag: f64,
+        /// Half the height of the view, scene space, positive.
+        ymag: f64,
+    },
+}
+
+/// Where rays end that hit nothing, and the light that comes from everywhere.
+#[derive(Clone, Debug, Default)]
+pub struct Surroundings {
+    /// What camera rays see that hit nothing.
+    pub background: Background,
+    /// Constant radiance that arrives from every direction at diffuse surfaces and rough lobes (`Ia` in eq. 14.32).
+    pub ambient: Vec3,
+    /// Light from all around by direction.
+    pub environment: Option<Environment>,
+}
+
+/// What camera rays see that hit nothing. Reflected and refracted rays see the environment where there is one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// The environment where there is one, else black.
+    #[default]
+    Environment,
+    /// A linear colour. Also what reflected and refracted rays see where there is no environment.
+    Color(Vec3),
+    /// Black with alpha 0: to be composited.
+    Transparent,
+}
+
+/// Something in the file that was left out or mended; the picture may differ from what its author meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Where: "mesh 2 'wheel', primitive 0", "extension KHR_materials_sheen".
+    pub place: String,
+    /// What, and what it means for the picture.
+    pub text: String,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.place, self.text)
+    }
+}
