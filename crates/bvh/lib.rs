@@ -1,1 +1,30 @@
-//! WHERE things are: obvhs builds, this lays the nodes out as uploaded
+//! WHERE things are: obvhs builds the hierarchy, this crate lays it out as the shaders read it.
+//!
+//! The hierarchy is a compressed wide BVH (CWBVH): eight children a node, 80 bytes, boxes quantised to 8 bits on a grid of
+//! powers of two (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs").
+//! Triangles go in, in whatever space the caller likes; nodes and an order of triangles come out.
+
+mod builder;
+mod check;
+mod median;
+
+pub use builder::{BvhError, Preset, build};
+pub use check::{Defect, check};
+
+/// The deepest tree that [`build`] makes: what a traversal stack has to hold at most.
+pub const DEPTH_LIMIT: u32 = 64;
+
+/// A node as uploaded: 20 words, the layout of obvhs' `CwBvhNode` (read in `shaders/intersect.wgsl`).
+pub type Node = [u32; 20];
+
+/// A hierarchy over triangles.
+#[derive(Clone, Debug, Default)]
+pub struct Bvh {
+    /// The root first; empty for no triangles.
+    pub nodes: Vec<Node>,
+    /// Leaf order: entry `i` is the index of the triangle that leaves call `i`. Spatial splits name a triangle more than
+    /// once.
+    pub leaf_triangles: Vec<u32>,
+    /// Levels of nodes, the root is 1. Traversal keeps at most one stack entry a level.
+    pub depth: u32,
+}

@@ -1,1 +1,27 @@
-//! HOW it is rendered: device, program, upload, dispatches, read-back
+//! HOW a scene is rendered: the device, the program that the scene needs, its buffers, and the dispatches that walk the ray
+//! trees. The shaders are in `shaders/`, what they compute is in `shaders/README.md`.
+//!
+//! Everything up to [`Device`] works without one: [`assemble`] gives a specialised naga module, [`GpuScene`] the bytes.
+
+mod batch;
+mod device;
+mod error;
+mod pipeline;
+mod program;
+mod render;
+mod settings;
+mod statistics;
+mod upload;
+
+pub mod source;
+pub mod specialise;
+pub mod types;
+
+pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
+pub use error::RenderError;
+pub use pipeline::{Binding, bindings_of};
+pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
+pub use render::{Progress, RenderTimes, Rendered, render, render_with};
+pub use settings::{Region, RenderSettings, Shading};
+pub use statistics::{Counters, EndCounts, RayCounts};
+pub use upload::{GpuScene, TooManyMedia};

@@ -1,1 +1,123 @@
-//! facade
+//! Renders glTF scenes by a deterministic, noise-free Whitted ray tree on any Vulkan device, by default the CPU.
+//!
+//! Scene in, picture out:
+//!
+//! ```no_run
+//! use std::path::Path;
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut scene = raytree::import(Path::new("assets/whitted-1980.glb"))?;
+//! raytree::light_if_dark(&mut scene);
+//! let camera = raytree::default_camera(&scene);
+//! let (width, height) = raytree::default_size(&camera);
+//! let device = raytree::Device::open(&raytree::DeviceChoice::default())?;
+//! let settings = raytree::RenderSettings::new(width, height, camera);
+//! let picture = raytree::render(&device, &scene, raytree::Preset::default(), &settings, &mut raytree::unobserved)?;
+//! picture.film.write(Path::new("picture.png"), &raytree::WriteOptions::default())?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! This crate is a facade: what it exports lives in the rooms behind it, `scene`, `bvh`, `film` and `gpu`. It prints
+//! nothing, never ends the process, and reports what is wrong with files, settings and devices as errors.
+
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
+
+use glam::Vec3;
+
+pub use raytree_bvh::{Bvh, BvhError, Preset};
+pub use raytree_film::{
+    BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format, Limits, Picture, ToneMap,
+    WriteOptions, compare, difference_picture,
+};
+pub use raytree_gpu::{
+    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, Progress, ProgramFeatures, Region, RenderError,
+    RenderSettings, RenderTimes, Rendered, Shading, list_devices,
+};
+pub use raytree_scene::{
+    default_view::{ViewError, default_size, frame_scene, look_at},
+    environment::{Environment, EnvironmentError, load_environment},
+    features::SceneFeatures,
+    import::{ImportError, import},
+    model,
+    model::{Background, Camera, Scene},
+    studio::add_studio,
+};
+
+/// A rendered scene: the film, what it took, and where the time went.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The picture, linear.
+    pub film: Film,
+    /// Rays and work, if the settings ask for them.
+    pub counters: Option<Counters>,
+    /// What the program contained.
+    pub features: ProgramFeatures,
+    /// Time to build the hierarchy.
+    pub bvh_time: Duration,
+    /// Time in the device's hands.
+    pub times: RenderTimes,
+    /// Dispatches that rendered.
+    pub dispatches: u32,
+}
+
+/// An observer that lets a render run to its end.
+#[must_use]
+pub fn unobserved(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// The hierarchy of a scene's triangles.
+///
+/// # Errors
+/// [`BvhError`] if the scene has too many.
+pub fn build_bvh(scene: &Scene, preset: Preset) -> Result<Bvh, BvhError> {
+    let positions = &scene.geometry.positions;
+    let corner = |vertex: u32| positions[vertex as usize];
+    let triangles: Vec<[Vec3; 3]> = scene.geometry.triangles.iter().map(|t| t.vertices.map(corner)).collect();
+    raytree_bvh::build(&triangles, preset)
+}
+
+/// Renders a picture of a scene: builds its hierarchy, makes the program that it needs, walks its ray trees. `observer`
+/// hears of progress and can end it.
+///
+/// # Errors
+/// [`RenderError`].
+pub fn render(
+    device: &Device,
+    scene: &Scene,
+    preset: Preset,
+    settings: &RenderSettings,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
+    let started = Instant::now();
+    let bvh = build_bvh(scene, preset)?;
+    let bvh_time = started.elapsed();
+    let rendered = raytree_gpu::render(device, scene, &bvh, settings, observer)?;
+    let Rendered { film, counters, features, times, dispatches } = rendered;
+    Ok(Rendering { film, counters, features, bvh_time, times, dispatches })
+}
+
+/// Gives a scene without lights, environment and ambient light the built-in studio: a neutral environment and a key light that
+/// casts shadows. Emissive surfaces do not count as lights: they shine, but light nothing.
+pub fn light_if_dark(scene: &mut Scene) {
+    let surroundings = &scene.surroundings;
+    if scene.lights.is_empty() && surroundings.environment.is_none() && surroundings.ambient == Vec3::ZERO {
+        add_studio(scene);
+    }
+}
+
+/// The file's first camera; without one, a view of the whole scene, three-quarter from above.
+#[must_use]
+pub fn default_camera(scene: &Scene) -> Camera {
+    scene.cameras.first().cloned().unwrap_or_else(|| framing_camera(scene, 4.0 / 3.0))
+}
+
+/// A view of the whole scene, three-quarter from above, for pictures of this aspect (width over height).
+#[must_use]
+pub fn framing_camera(scene: &Scene, aspect: f64) -> Camera {
+    let (min, max) = scene.geometry.bounds().unwrap_or_default();
+    frame_scene(min, max, aspect)
+}

@@ -1,4 +1,8 @@
 //! WHAT is rendered: the scene model, the glTF importer and environment maps. Knows nothing of how it is rendered.
 
+pub mod default_view;
 pub mod environment;
+pub mod features;
+pub mod import;
 pub mod model;
+pub mod studio;

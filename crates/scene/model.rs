@@ -50,7 +50,10 @@ pub struct Frame {
 
 impl Default for Frame {
     fn default() -> Self {
-        Self { centre: DVec3::ZERO, scale: 1.0 }
+        Self {
+            centre: DVec3::ZERO,
+            scale: 1.0,
+        }
     }
 }
 
@@ -65,7 +68,11 @@ impl Frame {
         // Halves first: the sum of two large coordinates may overflow.
         let centre = min * 0.5 + max * 0.5;
         let extent = (max - min).max_element();
-        let scale = if extent > 0.0 && extent.is_finite() { power_of_two_below(extent).recip() } else { 1.0 };
+        let scale = if extent > 0.0 && extent.is_finite() {
+            power_of_two_below(extent).recip()
+        } else {
+            1.0
+        };
         Self { centre, scale }
     }
 

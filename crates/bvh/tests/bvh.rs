@@ -1,0 +1,108 @@
+//! Trees over many shapes of input: each triangle in a leaf, boxes enclose, and the check notices when not.
+
+use glam::{Vec3, vec3};
+use raytree_bvh::{Bvh, Defect, Preset, build, check};
+
+const PRESETS: [Preset; 3] = [Preset::Fast, Preset::Balanced, Preset::Best];
+
+/// Numbers in [0, 1) that are the same in every run (splitmix64).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as u32 as f32 / 2_f32.powi(32)
+    }
+
+    fn point(&mut self, size: f32) -> Vec3 {
+        (vec3(self.next(), self.next(), self.next()) - 0.5) * size
+    }
+}
+
+fn soup(count: usize, size: f32) -> Vec<[Vec3; 3]> {
+    let mut numbers = Numbers(7);
+    (0..count)
+        .map(|_| {
+            let at = numbers.point(2.0);
+            [at, at + numbers.point(size), at + numbers.point(size)]
+        })
+        .collect()
+}
+
+fn assert_good(triangles: &[[Vec3; 3]]) {
+    for preset in PRESETS {
+        let bvh = build(triangles, preset).unwrap();
+        assert_eq!(check(&bvh, triangles, preset == Preset::Best), Ok(()), "{preset:?}, {} triangles", triangles.len());
+        assert!(bvh.depth >= u32::from(!triangles.is_empty()));
+    }
+}
+
+#[test]
+fn no_triangle_gives_no_node() {
+    let bvh = build(&[], Preset::Balanced).unwrap();
+    assert!(bvh.nodes.is_empty() && bvh.leaf_triangles.is_empty());
+}
+
+#[test]
+fn few_triangles() {
+    for count in 1..=20 {
+        assert_good(&soup(count, 0.3));
+    }
+}
+
+#[test]
+fn many_triangles() {
+    assert_good(&soup(20_000, 0.05));
+}
+
+#[test]
+fn long_slivers_that_overlap() {
+    let mut numbers = Numbers(3);
+    let slivers: Vec<_> = (0..2000)
+        .map(|_| {
+            let at = numbers.point(0.1);
+            [at - vec3(1.0, 1.0, 1.0), at + vec3(1.0, 1.0, 1.0), at + vec3(1.0, 1.0, 1.0001)]
+        })
+        .collect();
+    assert_good(&slivers);
+}
+
+#[test]
+fn triangles_in_one_place() {
+    assert_good(&vec![[vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)]; 5000]);
+}
+
+#[test]
+fn a_flat_grid() {
+    let grid: Vec<_> = (0..64)
+        .flat_map(|x| (0..64).map(move |z| vec3(x as f32, 0.0, z as f32) / 64.0))
+        .map(|at| [at, at + vec3(0.01, 0.0, 0.0), at + vec3(0.0, 0.0, 0.01)])
+        .collect();
+    assert_good(&grid);
+}
+
+/// The check itself must be able to fail.
+#[test]
+fn defects_are_found() {
+    let triangles = soup(500, 0.1);
+    let good = build(&triangles, Preset::Balanced).unwrap();
+
+    let mut twice = good.clone();
+    let lost = twice.leaf_triangles[3];
+    twice.leaf_triangles[3] = twice.leaf_triangles[4];
+    assert!(matches!(check(&twice, &triangles, true), Err(Defect::Missing(index)) if index == lost) );
+    assert!(check(&twice, &triangles, false).is_err());
+
+    let mut moved = triangles.clone();
+    moved[100][0] += Vec3::splat(0.5);
+    assert!(matches!(check(&good, &moved, false), Err(Defect::NotEnclosed { .. })));
+
+    let mut cut = good.clone();
+    cut.leaf_triangles.truncate(10);
+    assert!(matches!(check(&cut, &triangles, false), Err(Defect::Dangling(_))));
+
+    assert_eq!(check(&Bvh::default(), &triangles[..1], false), Err(Defect::Missing(0)));
+}

@@ -1,0 +1,195 @@
+//! A program on a device: its pipeline, and the buffers that it binds - those that its module still names, no others.
+
+use std::{borrow::Cow, collections::BTreeMap};
+
+use naga::{AddressSpace, Module, StorageAccess};
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
+    BindingType, Buffer, BufferBindingType, BufferDescriptor, BufferUsages, ComputePipeline,
+    ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+};
+
+use crate::{
+    device::{Device, DeviceError},
+    error::RenderError,
+    program::Kernel,
+};
+
+/// A binding that a program has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Its name in `shaders/bindings.wgsl`.
+    pub name: String,
+    group: u32,
+    index: u32,
+    kind: BufferBindingType,
+}
+
+/// The bindings that a specialised module still has.
+#[must_use]
+pub fn bindings_of(module: &Module) -> Vec<Binding> {
+    let mut bindings: Vec<Binding> = module
+        .global_variables
+        .iter()
+        .filter_map(|(_, variable)| {
+            let place = variable.binding?;
+            let kind = match variable.space {
+                AddressSpace::Uniform => BufferBindingType::Uniform,
+                AddressSpace::Storage { access } => {
+                    BufferBindingType::Storage { read_only: !access.contains(StorageAccess::STORE) }
+                }
+                _ => return None,
+            };
+            let name = variable.name.clone().unwrap_or_default();
+            Some(Binding { name, group: place.group, index: place.binding, kind })
+        })
+        .collect();
+    bindings.sort_by_key(|binding| (binding.group, binding.index));
+    bindings
+}
+
+/// A pipeline with what it binds.
+#[derive(Debug)]
+pub(crate) struct Pipeline {
+    pipeline: ComputePipeline,
+    bindings: Vec<Binding>,
+    layouts: Vec<BindGroupLayout>,
+}
+
+impl Pipeline {
+    /// Creates the pipeline. On lavapipe this does not compile: the first dispatch does.
+    pub(crate) fn new(device: &Device, kernel: Kernel, module: Module) -> Result<Self, DeviceError> {
+        let bindings = bindings_of(&module);
+        let shader = device.device.create_shader_module(ShaderModuleDescriptor {
+            label: Some(kernel.name()),
+            source: ShaderSource::Naga(Cow::Owned(module)),
+        });
+        let groups = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        let layouts: Vec<BindGroupLayout> = (0..groups).map(|group| group_layout(device, &bindings, group)).collect();
+        let references: Vec<_> = layouts.iter().map(Some).collect();
+        let layout = device.device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: Some(kernel.name()),
+            bind_group_layouts: &references,
+            immediate_size: 0,
+        });
+        let pipeline = device.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some(kernel.name()),
+            layout: Some(&layout),
+            module: &shader,
+            entry_point: Some(kernel.name()),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        device.check()?;
+        Ok(Self { pipeline, bindings, layouts })
+    }
+
+    pub(crate) fn bindings(&self) -> &[Binding] {
+        &self.bindings
+    }
+
+    /// Binds the buffer of each binding by its name.
+    pub(crate) fn bind(&self, device: &Device, buffers: &Buffers) -> Vec<BindGroup> {
+        let groups = self.layouts.iter().zip(0_u32..);
+        groups
+            .map(|(layout, group)| {
+                let entries: Vec<BindGroupEntry<'_>> = self
+                    .bindings
+                    .iter()
+                    .filter(|binding| binding.group == group)
+                    .map(|binding| BindGroupEntry {
+                        binding: binding.index,
+                        resource: buffers.get(&binding.name).as_entire_binding(),
+                    })
+                    .collect();
+                device.device.create_bind_group(&BindGroupDescriptor { label: None, layout, entries: &entries })
+            })
+            .collect()
+    }
+
+    /// Records a dispatch of `workgroups`.
+    pub(crate) fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, groups: &[BindGroup], workgroups: u32) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        for (group, index) in groups.iter().zip(0_u32..) {
+            pass.set_bind_group(index, group, &[]);
+        }
+        pass.dispatch_workgroups(workgroups, 1, 1);
+    }
+}
+
+fn group_layout(device: &Device, bindings: &[Binding], group: u32) -> BindGroupLayout {
+    let entries: Vec<BindGroupLayoutEntry> = bindings
+        .iter()
+        .filter(|binding| binding.group == group)
+        .map(|binding| BindGroupLayoutEntry {
+            binding: binding.index,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer { ty: binding.kind, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    device.device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+/// The buffers of a program, by the names of `shaders/bindings.wgsl`.
+#[derive(Debug, Default)]
+pub(crate) struct Buffers(BTreeMap<String, Buffer>);
+
+/// No element of a storage buffer is larger: an empty list still binds one.
+const LARGEST_ELEMENT: u64 = 1024;
+
+impl Buffers {
+    pub(crate) fn get(&self, name: &str) -> &Buffer {
+        &self.0[name]
+    }
+
+    /// Makes a buffer of `size` bytes, all zero.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`] if the device can't bind that much.
+    pub(crate) fn reserve(&mut self, device: &Device, name: &str, size: u64, usage: BufferUsages) -> Result<(), RenderError> {
+        let limit = device.largest_binding();
+        if size > limit {
+            return Err(RenderError::TooLarge { buffer: name.to_owned(), bytes: size, limit });
+        }
+        let size = size.max(LARGEST_ELEMENT).next_multiple_of(16);
+        let buffer = device.device.create_buffer(&BufferDescriptor {
+            label: Some(name),
+            size,
+            usage: usage | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.0.insert(name.to_owned(), buffer);
+        Ok(())
+    }
+
+    /// Makes a storage buffer that holds `bytes`.
+    ///
+    /// # Errors
+    /// As [`Self::reserve`].
+    pub(crate) fn upload(&mut self, device: &Device, name: &str, bytes: &[u8]) -> Result<(), RenderError> {
+        self.reserve(device, name, bytes.len() as u64, BufferUsages::STORAGE)?;
+        if !bytes.is_empty() {
+            device.queue.write_buffer(self.get(name), 0, bytes);
+        }
+        Ok(())
+    }
+}
+
+/// Copies the first `size` bytes of a buffer back. Waits for everything submitted before.
+pub(crate) fn read_back(device: &Device, buffer: &Buffer, size: u64) -> Result<Vec<u8>, DeviceError> {
+    let staging = device.device.create_buffer(&BufferDescriptor {
+        label: Some("read back"),
+        size,
+        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
+    device.queue.submit([encoder.finish()]);
+    staging.map_async(wgpu::MapMode::Read, .., |_| {});
+    device.wait()?;
+    let view = staging.get_mapped_range(..).map_err(|error| device.lost(error.to_string()))?;
+    Ok(view.to_vec())
+}

@@ -1,0 +1,179 @@
+//! Which program a scene needs: features of scene and settings to a specialised module.
+
+use naga::{Module, back::PipelineConstants};
+use raytree_scene::features::SceneFeatures;
+use raytree_scene::model::Projection;
+
+use crate::{
+    settings::{RenderSettings, Shading},
+    source::{self, Limits, ShaderError},
+    specialise::{SpecialiseError, specialise},
+};
+
+/// A kernel: an entry point under `shaders/kernels/`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// The picture.
+    Render,
+    /// First-hit layers.
+    Aov,
+    /// Given rays, for tests and benches.
+    Probe,
+}
+
+impl Kernel {
+    /// The entry point's name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Render => "render",
+            Self::Aov => "aov",
+            Self::Probe => "probe",
+        }
+    }
+}
+
+macro_rules! features {
+    ($($feature:ident $override_name:literal $label:literal,)*) => {
+        /// What a program can contain; each is an override in `shaders/features.wgsl`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs, reason = "explained in shaders/features.wgsl")]
+        pub enum Feature { $($feature),* }
+
+        impl Feature {
+            /// All of them, in the order of `shaders/features.wgsl`.
+            pub const ALL: &[Self] = &[$(Self::$feature),*];
+
+            /// The override's name.
+            #[must_use]
+            pub fn override_name(self) -> &'static str {
+                match self { $(Self::$feature => $override_name),* }
+            }
+
+            /// What a user reads.
+            #[must_use]
+            pub fn label(self) -> &'static str {
+                match self { $(Self::$feature => $label),* }
+            }
+        }
+    };
+}
+
+features! {
+    Orthographic "HAS_ORTHOGRAPHIC" "orthographic camera",
+    Culling "HAS_CULLING" "back-face culling",
+    Mask "HAS_MASK" "alpha masks",
+    Blend "HAS_BLEND" "alpha blending",
+    Unlit "HAS_UNLIT" "unlit materials",
+    Textures "HAS_TEXTURES" "textures",
+    NormalMaps "HAS_NORMAL_MAPS" "normal maps",
+    VertexColors "HAS_VERTEX_COLORS" "vertex colours",
+    Reflection "HAS_REFLECTION" "reflected rays",
+    Transmission "HAS_TRANSMISSION" "transmitted rays",
+    Solids "HAS_SOLIDS" "refraction in solids",
+    Absorption "HAS_ABSORPTION" "absorption in solids",
+    TransparentShadows "HAS_TRANSPARENT_SHADOWS" "transparent shadows",
+    Lights "HAS_LIGHTS" "punctual lights",
+    ManyLights "HAS_MANY_LIGHTS" "more than one light",
+    Environment "HAS_ENVIRONMENT" "environment map",
+    Whitted "HAS_WHITTED" "the book's shading model",
+    Counters "HAS_COUNTERS" "counters",
+}
+
+/// The set of features that a program has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct ProgramFeatures(u32);
+
+impl ProgramFeatures {
+    /// Every feature: the program that can render anything.
+    #[must_use]
+    pub fn everything() -> Self {
+        Feature::ALL.iter().fold(Self::default(), |set, &feature| set.with(feature, true))
+    }
+
+    /// What this scene needs with these settings.
+    #[must_use]
+    pub fn of(scene: &SceneFeatures, settings: &RenderSettings) -> Self {
+        let whitted = settings.shading == Shading::Whitted;
+        let transmission = scene.transmission || (whitted && scene.whitted_transmission);
+        let deep = settings.max_depth > 0;
+        Self::default()
+            .with(Feature::Orthographic, matches!(settings.camera.projection, Projection::Orthographic { .. }))
+            .with(Feature::Culling, scene.culling)
+            .with(Feature::Mask, scene.mask)
+            .with(Feature::Blend, scene.blend)
+            .with(Feature::Unlit, scene.unlit)
+            .with(Feature::Textures, scene.textures)
+            .with(Feature::NormalMaps, scene.normal_maps)
+            .with(Feature::VertexColors, scene.vertex_colors)
+            // Eq. 14.32 reflects at every surface with ks above zero, however rough. At depth 0 the branches are still
+            // spawned, to be counted as ended.
+            .with(Feature::Reflection, (whitted || scene.mirrors) && (deep || settings.counters))
+            .with(Feature::Transmission, transmission)
+            .with(Feature::Solids, scene.solids || (whitted && scene.whitted_transmission))
+            .with(Feature::Absorption, scene.absorption)
+            .with(Feature::TransparentShadows, scene.lights > 0 && (transmission || scene.blend || scene.mask))
+            .with(Feature::Lights, scene.lights > 0)
+            .with(Feature::ManyLights, scene.lights > 1)
+            .with(Feature::Environment, scene.environment)
+            .with(Feature::Whitted, whitted)
+            .with(Feature::Counters, settings.counters)
+    }
+
+    /// The same set with or without `feature`.
+    #[must_use]
+    pub fn with(self, feature: Feature, present: bool) -> Self {
+        let bit = 1 << feature as u32;
+        Self(if present { self.0 | bit } else { self.0 & !bit })
+    }
+
+    /// Is it in the set?
+    #[must_use]
+    pub fn has(self, feature: Feature) -> bool {
+        self.0 & (1 << feature as u32) != 0
+    }
+
+    /// What users read: labels of those in, and of those left out.
+    #[must_use]
+    pub fn labels(self) -> (Vec<&'static str>, Vec<&'static str>) {
+        let (used, left_out): (Vec<Feature>, Vec<Feature>) = Feature::ALL.iter().partition(|feature| self.has(**feature));
+        let labels = |features: Vec<Feature>| features.into_iter().map(Feature::label).collect();
+        (labels(used), labels(left_out))
+    }
+
+    /// How many rays a hit can spawn: what the ray stack is sized by.
+    #[must_use]
+    pub fn children(self) -> u32 {
+        [Feature::Reflection, Feature::Transmission, Feature::Blend].into_iter().map(|f| u32::from(self.has(f))).sum()
+    }
+
+    /// The value of every override.
+    #[must_use]
+    pub fn constants(self) -> PipelineConstants {
+        Feature::ALL
+            .iter()
+            .map(|&feature| (feature.override_name().to_owned(), f64::from(u8::from(self.has(feature)))))
+            .collect()
+    }
+}
+
+/// The shaders could not be made into a program. Only a bug in `shaders/` can cause it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProgramError {
+    /// They don't parse.
+    #[error(transparent)]
+    Parse(#[from] ShaderError),
+    /// They can't be specialised.
+    #[error(transparent)]
+    Specialise(#[from] SpecialiseError),
+}
+
+/// The module of `kernel` with just these features.
+///
+/// # Errors
+/// [`ProgramError`], which is a bug in the shaders.
+pub fn assemble(kernel: Kernel, features: ProgramFeatures, limits: Limits) -> Result<Module, ProgramError> {
+    let module = source::parse(limits)?;
+    Ok(specialise(&module, kernel.name(), &features.constants())?)
+}

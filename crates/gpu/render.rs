@@ -1,0 +1,381 @@
+//! A scene, its hierarchy and settings to a film: programs, buffers, and dispatches until no pixel is unfinished.
+
+use std::{ops::ControlFlow, time::{Duration, Instant}};
+
+use bytemuck::{Zeroable, bytes_of, cast_slice};
+use raytree_bvh::Bvh;
+use raytree_film::{Aovs, Film, sample_pattern};
+use raytree_scene::{
+    features::SceneFeatures,
+    model::{Background, Camera, Projection, Scene},
+};
+use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor};
+
+use crate::{
+    batch::{Batch, TILE_PIXELS, Tiling},
+    device::Device,
+    error::RenderError,
+    pipeline::{Buffers, Pipeline, read_back},
+    program::{Kernel, ProgramFeatures, assemble},
+    settings::RenderSettings,
+    source::Limits,
+    statistics::{COUNTERS, Counters},
+    types::{Aov, Frame, Slot},
+    upload::GpuScene,
+};
+
+/// Node visits and triangle tests after which an invocation leaves the rest to the next dispatch. Mesa before 25.0 ends all
+/// loops of a vector of 8 invocations after 65,535 iterations together, without a word; this keeps their sum below half of it.
+const STEP_BUDGET: u32 = 4096;
+
+/// What the ray stacks of a batch may take.
+const STACK_BYTES: u64 = 64 << 20;
+
+/// A work item on the ray stack, and how many a slot needs beyond those that a tree leaves pending: one for lights still to
+/// be summed up, one for the ray that a dispatch ends at.
+const ITEM_BYTES: u64 = 64;
+const EXTRA_ITEMS: u32 = 2;
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Share of the pixels that are finished, 0 to 1.
+    pub finished: f64,
+}
+
+/// A picture with what it took.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The picture.
+    pub film: Film,
+    /// Rays and work, if counted.
+    pub counters: Option<Counters>,
+    /// What the program has.
+    pub features: ProgramFeatures,
+    /// Where the time went.
+    pub times: RenderTimes,
+    /// How many dispatches it took.
+    pub dispatches: u32,
+}
+
+/// Where a render's time went.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderTimes {
+    /// Shader assembly, specialisation, pipeline creation, upload.
+    pub program: Duration,
+    /// The first dispatch, in which the driver compiles; it renders nothing.
+    pub compile: Duration,
+    /// All dispatches that render, and reading back.
+    pub render: Duration,
+}
+
+/// Renders a picture. `observer` is told of progress after each dispatch, and can end it.
+///
+/// # Errors
+/// [`RenderError`]; [`RenderError::Cancelled`] if the observer said so.
+pub fn render(
+    device: &Device,
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &RenderSettings,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, RenderError> {
+    let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+    render_with(device, scene, bvh, settings, features, observer)
+}
+
+/// As [`render`], by a program with exactly these features: for checking that leaving out changes nothing.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_with(
+    device: &Device,
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &RenderSettings,
+    features: ProgramFeatures,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, RenderError> {
+    check(settings)?;
+    let started = Instant::now();
+    let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+    let limits = Limits::for_depth(bvh.depth);
+    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+    let pass = Pass::new(device, Kernel::Render, features, limits, &gpu_scene, &plan)?;
+    let mut times = RenderTimes { program: started.elapsed(), ..RenderTimes::default() };
+
+    let started = Instant::now();
+    pass.warm_up(device, &plan)?;
+    times.compile = started.elapsed();
+
+    let started = Instant::now();
+    let region = settings.visible_region();
+    let mut film = Film::windowed(region.width, region.height, settings.window());
+    let mut rays = vec![0_u32; film.pixel_count()];
+    let mut counters = Counters::default();
+    let mut dispatches = 0;
+    for &batch in &plan.batches {
+        dispatches += pass.run(device, &plan, batch, &mut counters, observer)?;
+        let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Slot>() as u64;
+        let bytes = read_back(device, pass.buffers.get("slots"), size)?;
+        plan.develop(batch, cast_slice(&bytes), &mut film, &mut rays);
+    }
+    times.render = started.elapsed();
+
+    if settings.aovs {
+        let started = Instant::now();
+        film.aovs = Some(render_aovs(device, scene, &gpu_scene, limits, &plan, rays, features)?);
+        times.render += started.elapsed();
+    }
+    let counters = settings.counters.then_some(counters);
+    Ok(Rendered { film, counters, features, times, dispatches })
+}
+
+fn check(settings: &RenderSettings) -> Result<(), RenderError> {
+    let region = settings.visible_region();
+    let fail = |text: &str| Err(RenderError::Settings(text.to_owned()));
+    if region.width == 0 || region.height == 0 {
+        return fail("the region to render has no pixels; it must lie inside the picture");
+    }
+    if u64::from(region.width) * u64::from(region.height) > 1 << 28 {
+        return fail("the picture has more than 268 million pixels; render it in parts with --region");
+    }
+    if settings.samples == 0 {
+        return fail("a pixel needs at least one sample");
+    }
+    if !(settings.min_weight >= 0.0 && settings.min_weight <= 1.0) {
+        return fail("the least weight of a branch must lie between 0 and 1");
+    }
+    Ok(())
+}
+
+/// A picture's layout in batches, and the frame that they share.
+struct Plan {
+    frame: Frame,
+    tiling: Tiling,
+    batches: Vec<Batch>,
+    stack_items: u32,
+    samples: Vec<[f32; 2]>,
+}
+
+impl Plan {
+    fn new(scene: &Scene, gpu: &GpuScene, bvh: &Bvh, settings: &RenderSettings, features: ProgramFeatures) -> Self {
+        let region = settings.visible_region();
+        let tiling = Tiling::new(region.width, region.height);
+        // Depth first: each level of the tree leaves all children but one pending.
+        let stack_capacity = features.children().saturating_sub(1) * settings.max_depth + 1;
+        let stack_items = stack_capacity + EXTRA_ITEMS;
+        let slots = (STACK_BYTES / (u64::from(stack_items) * ITEM_BYTES)).min(u64::from(settings.batch_pixels)) as u32;
+        let batches = tiling.batches((slots / TILE_PIXELS).max(1));
+        let samples = sample_pattern(settings.samples);
+        let mut frame = Frame {
+            sample_count: settings.samples,
+            max_depth: settings.max_depth,
+            light_count: scene.lights.len() as u32,
+            min_weight: settings.min_weight,
+            ambient: scene.surroundings.ambient.to_array(),
+            triangle_count: bvh.leaf_triangles.len() as u32,
+            picture_size: [settings.width as f32, settings.height as f32],
+            window_origin: [region.x, region.y],
+            window_size: [region.width, region.height],
+            tile_columns: tiling.columns,
+            stack_capacity,
+            step_budget: STEP_BUDGET,
+            vertex_count: gpu.vertex_count,
+            color_offset: gpu.color_offset,
+            tangent_offset: gpu.tangent_offset,
+            environment: gpu.environment_levels,
+            ..Frame::zeroed()
+        };
+        let rotation = scene.surroundings.environment.as_ref().map_or(0.0, |environment| environment.rotation);
+        frame.rotation_cos = rotation.cos() as f32;
+        frame.rotation_sin = rotation.sin() as f32;
+        set_background(&mut frame, scene.surroundings.background);
+        set_camera(&mut frame, &settings.camera, settings);
+        Self { frame, tiling, batches, stack_items, samples }
+    }
+
+    fn largest_batch(&self) -> u32 {
+        self.batches.iter().map(|batch| batch.tile_count).max().unwrap_or(0)
+    }
+
+    fn frame_of(&self, batch: Batch) -> Frame {
+        Frame {
+            first_tile: batch.first_tile,
+            tile_count: batch.tile_count,
+            tile_stride: batch.stride,
+            slot_count: batch.tile_count * TILE_PIXELS,
+            ..self.frame
+        }
+    }
+
+    /// Finished slots to pixels.
+    fn develop(&self, batch: Batch, slots: &[Slot], film: &mut Film, rays: &mut [u32]) {
+        let share = f64::from(self.frame.sample_count).recip();
+        for (slot, index) in slots.iter().zip(0_u32..) {
+            if let Some(pixel) = self.tiling.pixel_of_slot(batch, index) {
+                let [r, g, b, alpha] = slot.radiance.map(|sum| (f64::from(sum) * share) as f32);
+                film.radiance[pixel] = [r, g, b];
+                film.alpha[pixel] = alpha.clamp(0.0, 1.0);
+                rays[pixel] = slot.rays;
+            }
+        }
+    }
+}
+
+fn set_background(frame: &mut Frame, background: Background) {
+    (frame.background_kind, frame.background) = match background {
+        Background::Environment => (0, [0.0; 3]),
+        Background::Color(color) => (1, color.to_array()),
+        Background::Transparent => (2, [0.0; 3]),
+    };
+}
+
+fn set_camera(frame: &mut Frame, camera: &Camera, settings: &RenderSettings) {
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let (half_width, half_height) = match camera.projection {
+        Projection::Perspective { yfov, .. } => ((0.5 * yfov).tan() * aspect, (0.5 * yfov).tan()),
+        Projection::Orthographic { xmag, ymag } => {
+            let half_height = ymag.max(xmag / aspect);
+            (half_height * aspect, half_height)
+        }
+    };
+    frame.camera_position = camera.position.as_vec3().to_array();
+    frame.camera_right = (camera.right * half_width).as_vec3().to_array();
+    frame.camera_up = (camera.up * half_height).as_vec3().to_array();
+    frame.camera_forward = camera.forward.as_vec3().to_array();
+}
+
+/// A kernel with its buffers.
+struct Pass {
+    pipeline: Pipeline,
+    buffers: Buffers,
+    groups: Vec<BindGroup>,
+}
+
+impl Pass {
+    fn new(
+        device: &Device,
+        kernel: Kernel,
+        features: ProgramFeatures,
+        limits: Limits,
+        gpu_scene: &GpuScene,
+        plan: &Plan,
+    ) -> Result<Self, RenderError> {
+        let module = assemble(kernel, features, limits)?;
+        let pipeline = Pipeline::new(device, kernel, module)?;
+        let slots = u64::from(plan.largest_batch() * TILE_PIXELS);
+        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let mut buffers = Buffers::default();
+        for binding in pipeline.bindings() {
+            let name = binding.name.as_str();
+            match name {
+                "frame" => buffers.reserve(device, name, size_of::<Frame>() as u64, BufferUsages::UNIFORM)?,
+                "samples" => buffers.upload(device, name, cast_slice(&plan.samples))?,
+                "slots" => buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?,
+                "ray_stack" => {
+                    let size = slots * u64::from(plan.stack_items) * ITEM_BYTES;
+                    buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
+                }
+                "counters" => buffers.reserve(device, name, 4 * COUNTERS as u64, readable)?,
+                "aovs" => buffers.reserve(device, name, slots * size_of::<Aov>() as u64, readable)?,
+                _ => {
+                    let bytes = gpu_scene.bytes(name).unwrap_or_default();
+                    buffers.upload(device, name, bytes)?;
+                }
+            }
+        }
+        let groups = pipeline.bind(device, &buffers);
+        device.check()?;
+        Ok(Self { pipeline, buffers, groups })
+    }
+
+    /// A dispatch without samples: drivers that compile at the first dispatch do it here.
+    fn warm_up(&self, device: &Device, plan: &Plan) -> Result<(), RenderError> {
+        let batch = Batch { first_tile: 0, tile_count: 1, stride: 1 };
+        let frame = Frame { sample_count: 0, ..plan.frame_of(batch) };
+        device.queue.write_buffer(self.buffers.get("frame"), 0, bytes_of(&frame));
+        self.submit(device, 1);
+        Ok(device.wait()?)
+    }
+
+    fn submit(&self, device: &Device, workgroups: u32) {
+        let mut encoder = device.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        self.pipeline.dispatch(&mut encoder, &self.groups, workgroups);
+        device.queue.submit([encoder.finish()]);
+    }
+
+    /// Dispatches until the batch is finished; how often that was.
+    fn run(
+        &self,
+        device: &Device,
+        plan: &Plan,
+        batch: Batch,
+        counters: &mut Counters,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<u32, RenderError> {
+        let slots = batch.tile_count * TILE_PIXELS;
+        device.queue.write_buffer(self.buffers.get("frame"), 0, bytes_of(&plan.frame_of(batch)));
+        let blank = vec![0_u8; slots as usize * size_of::<Slot>()];
+        device.queue.write_buffer(self.buffers.get("slots"), 0, &blank);
+        let mut dispatches = 0;
+        loop {
+            device.queue.write_buffer(self.buffers.get("counters"), 0, cast_slice(&[0_u32; COUNTERS]));
+            self.submit(device, batch.tile_count);
+            let bytes = read_back(device, self.buffers.get("counters"), 4 * COUNTERS as u64)?;
+            let unfinished = counters.add(cast_slice(&bytes));
+            dispatches += 1;
+            let tiles_before = f64::from(batch.first_tile);
+            let in_batch = f64::from(batch.tile_count) * (1.0 - f64::from(unfinished) / f64::from(slots));
+            let progress = Progress { finished: (tiles_before + in_batch) / f64::from(plan.tiling.tiles) };
+            if observer(progress).is_break() {
+                return Err(RenderError::Cancelled);
+            }
+            if unfinished == 0 {
+                return Ok(dispatches);
+            }
+        }
+    }
+}
+
+/// The first-hit layers, by a program of their own: a picture without them does not carry their code.
+fn render_aovs(
+    device: &Device,
+    scene: &Scene,
+    gpu_scene: &GpuScene,
+    limits: Limits,
+    plan: &Plan,
+    rays: Vec<u32>,
+    features: ProgramFeatures,
+) -> Result<Aovs, RenderError> {
+    let pass = Pass::new(device, Kernel::Aov, features, limits, gpu_scene, plan)?;
+    let mut aovs = Aovs::missed(rays.len());
+    aovs.rays = rays;
+    for &batch in &plan.batches {
+        device.queue.write_buffer(pass.buffers.get("frame"), 0, bytes_of(&plan.frame_of(batch)));
+        pass.submit(device, batch.tile_count);
+        let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Aov>() as u64;
+        let bytes = read_back(device, pass.buffers.get("aovs"), size)?;
+        let layers: &[Aov] = cast_slice(&bytes);
+        for (layer, slot) in layers.iter().zip(0_u32..) {
+            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, slot) {
+                develop_aov(scene, layer, pixel, &mut aovs);
+            }
+        }
+    }
+    Ok(aovs)
+}
+
+fn develop_aov(scene: &Scene, layer: &Aov, pixel: usize, aovs: &mut Aovs) {
+    if layer.material == u32::MAX {
+        return;
+    }
+    let position = glam::Vec3::from(layer.position).as_dvec3();
+    aovs.position[pixel] = scene.frame.to_world(position).as_vec3().to_array();
+    aovs.depth[pixel] = (f64::from(layer.depth) / scene.frame.scale) as f32;
+    aovs.geometric_normal[pixel] = layer.geometric_normal;
+    aovs.shading_normal[pixel] = layer.shading_normal;
+    aovs.albedo[pixel] = layer.albedo;
+    aovs.material_id[pixel] = layer.material;
+    aovs.node_id[pixel] = layer.node;
+}

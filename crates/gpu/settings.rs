@@ -1,0 +1,90 @@
+//! What to render of a scene, and how.
+
+use raytree_film::Window;
+use raytree_scene::model::Camera;
+
+/// How surfaces turn light into radiance (shaders/README.md).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shading {
+    /// glTF 2.0 appendix B and its ratified extensions.
+    #[default]
+    Pbr,
+    /// Eq. 14.32 of Foley et al., as written.
+    Whitted,
+}
+
+/// The part of the picture that is rendered, pixels from its upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// At least 1.
+    pub width: u32,
+    /// At least 1.
+    pub height: u32,
+}
+
+/// Everything about a picture that is not the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Pixels across the whole picture.
+    pub width: u32,
+    /// Pixels down the whole picture.
+    pub height: u32,
+    /// `None`: all of it.
+    pub region: Option<Region>,
+    /// Scene space.
+    pub camera: Camera,
+    /// Samples a pixel, at least 1.
+    pub samples: u32,
+    /// Levels of the ray tree below the camera ray.
+    pub max_depth: u32,
+    /// A branch whose throughput is below this in every channel is dropped; 0 to 1.
+    pub min_weight: f32,
+    /// Which model.
+    pub shading: Shading,
+    /// Also render the first-hit layers.
+    pub aovs: bool,
+    /// Count rays, node visits, triangle tests and why branches end. Costs a few percent.
+    pub counters: bool,
+    /// The most pixels that are worked on at once. Only memory and the steps of progress depend on it, never the picture.
+    pub batch_pixels: u32,
+}
+
+impl RenderSettings {
+    /// Depth 8, one sample in the middle of each pixel, weights down to 1/1000, the whole picture.
+    #[must_use]
+    pub fn new(width: u32, height: u32, camera: Camera) -> Self {
+        Self {
+            width,
+            height,
+            region: None,
+            camera,
+            samples: 1,
+            max_depth: 8,
+            min_weight: 1e-3,
+            shading: Shading::Pbr,
+            aovs: false,
+            counters: false,
+            batch_pixels: 1 << 17,
+        }
+    }
+
+    /// The rendered part, clipped to the picture.
+    #[must_use]
+    pub fn visible_region(&self) -> Region {
+        let whole = Region { x: 0, y: 0, width: self.width, height: self.height };
+        self.region.map_or(whole, |region| {
+            let x = region.x.min(self.width);
+            let y = region.y.min(self.height);
+            Region { x, y, width: region.width.min(self.width - x), height: region.height.min(self.height - y) }
+        })
+    }
+
+    pub(crate) fn window(&self) -> Window {
+        let region = self.visible_region();
+        Window { full_width: self.width, full_height: self.height, x: region.x, y: region.y }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a render took, in rays and in work.
+
+/// Words of the device's counters (shaders/counters.wgsl).
+pub(crate) const COUNTERS: usize = 11;
+
+/// Rays and work of a render. The same for the same scene and settings, whatever the machine does besides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Rays by kind.
+    pub rays: RayCounts,
+    /// BVH nodes whose children were tested.
+    pub node_visits: u64,
+    /// Triangles that were tested.
+    pub triangle_tests: u64,
+    /// Why branches ended.
+    pub ended: EndCounts,
+}
+
+/// Rays by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera.
+    pub primary: u64,
+    /// To lights.
+    pub shadow: u64,
+    /// Reflected.
+    pub reflection: u64,
+    /// Transmitted, bent or straight on.
+    pub refraction: u64,
+}
+
+/// Why branches of ray trees ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EndCounts {
+    /// Hit nothing.
+    pub miss: u64,
+    /// At the maximum depth.
+    pub depth: u64,
+    /// Below the least weight.
+    pub weight: u64,
+    /// No room in the ray stack or the medium stack.
+    pub storage: u64,
+}
+
+impl Counters {
+    /// Adds the counters of a dispatch; how many slots it left unfinished.
+    pub(crate) fn add(&mut self, words: &[u32]) -> u32 {
+        let totals = [
+            &mut self.rays.primary,
+            &mut self.rays.shadow,
+            &mut self.rays.reflection,
+            &mut self.rays.refraction,
+            &mut self.node_visits,
+            &mut self.triangle_tests,
+            &mut self.ended.miss,
+            &mut self.ended.depth,
+            &mut self.ended.weight,
+            &mut self.ended.storage,
+        ];
+        for (total, &count) in totals.into_iter().zip(&words[1..]) {
+            *total += u64::from(count);
+        }
+        words[0]
+    }
+}

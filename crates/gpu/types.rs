@@ -1,0 +1,209 @@
+//! Structs shared with the shaders: each mirrors the one of the same name in `shaders/types.wgsl`, where the fields are
+//! explained. `tests/shaders.rs` compares sizes and offsets with naga's reflection of the WGSL.
+
+use bytemuck::{Pod, Zeroable};
+
+/// How many levels of the environment there are: the map, four of rising roughness, the irradiance.
+pub const ENVIRONMENT_LEVELS: usize = 6;
+
+/// One level of the environment map.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct EnvironmentLevel {
+    pub offset: u32,
+    pub width: u32,
+    pub height: u32,
+    pub unused: u32,
+}
+
+/// What is the same for all invocations of a dispatch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Frame {
+    pub camera_position: [f32; 3],
+    pub sample_count: u32,
+    pub camera_right: [f32; 3],
+    pub max_depth: u32,
+    pub camera_up: [f32; 3],
+    pub light_count: u32,
+    pub camera_forward: [f32; 3],
+    pub min_weight: f32,
+    pub ambient: [f32; 3],
+    pub triangle_count: u32,
+    pub background: [f32; 3],
+    pub background_kind: u32,
+    pub picture_size: [f32; 2],
+    pub window_origin: [u32; 2],
+    pub window_size: [u32; 2],
+    pub tile_columns: u32,
+    pub first_tile: u32,
+    pub tile_count: u32,
+    pub tile_stride: u32,
+    pub slot_count: u32,
+    pub stack_capacity: u32,
+    pub step_budget: u32,
+    pub vertex_count: u32,
+    pub color_offset: u32,
+    pub tangent_offset: u32,
+    pub rotation_cos: f32,
+    pub rotation_sin: f32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+    pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
+}
+
+/// A triangle as it is shaded.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Triangle {
+    pub vertex_0: u32,
+    pub vertex_1: u32,
+    pub vertex_2: u32,
+    pub material: u32,
+    pub node: u32,
+}
+
+/// A material's use of a texture.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct TextureUse {
+    pub texture: u32,
+    pub uv_set: u32,
+    pub padding: [u32; 2],
+    pub row_u: [f32; 3],
+    pub unused_0: u32,
+    pub row_v: [f32; 3],
+    pub unused_1: u32,
+}
+
+impl TextureUse {
+    /// No texture.
+    pub const NONE: Self = Self {
+        texture: u32::MAX,
+        uv_set: 0,
+        padding: [0; 2],
+        row_u: [0.0; 3],
+        unused_0: 0,
+        row_v: [0.0; 3],
+        unused_1: 0,
+    };
+}
+
+/// A resolved material.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Material {
+    pub base_color: [f32; 4],
+    pub emissive: [f32; 3],
+    pub alpha_cutoff: f32,
+    pub specular_color: [f32; 3],
+    pub specular: f32,
+    pub metallic: f32,
+    pub roughness: f32,
+    pub transmission: f32,
+    pub ior: f32,
+    pub normal_scale: f32,
+    pub occlusion_strength: f32,
+    pub flags: u32,
+    pub medium: u32,
+    pub whitted_ks: [f32; 3],
+    pub whitted_n: f32,
+    pub whitted_kt: [f32; 3],
+    pub whitted_ka: f32,
+    pub whitted_kd: f32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+    pub unused_2: u32,
+    pub textures: [TextureUse; 8],
+}
+
+/// An image with the way to read it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Texture {
+    pub offset: u32,
+    pub width: u32,
+    pub height: u32,
+    pub flags: u32,
+}
+
+/// A punctual light.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Light {
+    pub position: [f32; 3],
+    pub kind: u32,
+    pub direction: [f32; 3],
+    pub inverse_range: f32,
+    pub intensity: [f32; 3],
+    pub spot_scale: f32,
+    pub spot_cos_outer: f32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+    pub unused_2: u32,
+}
+
+/// What fills a solid.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Medium {
+    pub absorption: [f32; 3],
+    pub ior: f32,
+}
+
+/// A pixel's progress between dispatches.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Slot {
+    pub radiance: [f32; 4],
+    pub stack_height: u32,
+    pub next_sample: u32,
+    pub rays: u32,
+    pub unused: u32,
+}
+
+/// A ray for the probe kernel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct ProbeRay {
+    pub origin: [f32; 3],
+    pub t_max: f32,
+    pub direction: [f32; 3],
+    pub shadow: u32,
+}
+
+/// What the probe kernel found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct ProbeHit {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+    pub triangle: u32,
+}
+
+/// First-hit layers of a pixel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct Aov {
+    pub position: [f32; 3],
+    pub depth: f32,
+    pub geometric_normal: [f32; 3],
+    pub material: u32,
+    pub shading_normal: [f32; 3],
+    pub node: u32,
+    pub albedo: [f32; 3],
+    pub unused: u32,
+}

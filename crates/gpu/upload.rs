@@ -1,0 +1,330 @@
+//! A scene as bytes for the device: everything in f32 and in the shaders' layouts, nothing that the program does not read.
+
+use bytemuck::cast_slice;
+use glam::Vec3;
+use raytree_bvh::Bvh;
+use raytree_scene::{
+    environment::EquirectMap,
+    features::{transmits, whitted_transmits},
+    model::{AlphaMode, Filter, Light as SceneLight, LightKind, Material as SceneMaterial, Scene, TextureRef, Wrap},
+};
+
+use crate::{
+    program::{Feature, ProgramFeatures},
+    settings::Shading,
+    types::{ENVIRONMENT_LEVELS, EnvironmentLevel, Light, Material, Medium, Texture, TextureUse, Triangle},
+};
+
+const LEAF_CULLED: u32 = 0x8000_0000;
+const LEAF_TRANSPARENT: u32 = 0x4000_0000;
+
+const MATERIAL_MASK: u32 = 1;
+const MATERIAL_BLEND: u32 = 2;
+const MATERIAL_UNLIT: u32 = 4;
+const MATERIAL_KA: u32 = 8;
+const MATERIAL_KD: u32 = 16;
+const MATERIAL_KS: u32 = 32;
+const MATERIAL_N: u32 = 64;
+const MATERIAL_KT: u32 = 128;
+
+const IOR_INFINITE: f32 = 1e30;
+
+/// The dimmest channel of an attenuation colour: below, its logarithm means nothing.
+const LEAST_ATTENUATION: f32 = 1e-6;
+
+/// More media than a byte can name.
+#[derive(Debug, thiserror::Error)]
+#[error("the scene has {0} different transparent media, more than the 255 that a ray can tell apart; merge materials whose index and attenuation are alike")]
+pub struct TooManyMedia(usize);
+
+/// The scene's buffers, in the order of `shaders/bindings.wgsl`.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs, reason = "explained in shaders/bindings.wgsl")]
+pub struct GpuScene {
+    pub nodes: Vec<u32>,
+    pub leaf_vertices: Vec<f32>,
+    pub leaf_triangles: Vec<u32>,
+    pub triangles: Vec<Triangle>,
+    pub normals: Vec<f32>,
+    pub attributes: Vec<f32>,
+    pub color_offset: u32,
+    pub tangent_offset: u32,
+    pub vertex_count: u32,
+    pub materials: Vec<Material>,
+    pub media: Vec<Medium>,
+    pub textures: Vec<Texture>,
+    pub texels: Vec<u32>,
+    pub lights: Vec<Light>,
+    pub environment: Vec<f32>,
+    pub environment_levels: [EnvironmentLevel; ENVIRONMENT_LEVELS],
+}
+
+impl GpuScene {
+    /// Lays out `scene`, with its hierarchy, for a program with these features.
+    ///
+    /// # Errors
+    /// [`TooManyMedia`].
+    pub fn new(scene: &Scene, bvh: &Bvh, features: ProgramFeatures, shading: Shading) -> Result<Self, TooManyMedia> {
+        let mut gpu = Self { vertex_count: scene.geometry.positions.len() as u32, ..Self::default() };
+        gpu.add_hierarchy(scene, bvh, shading);
+        gpu.add_attributes(scene, features);
+        gpu.add_materials(scene, shading)?;
+        if features.has(Feature::Textures) {
+            gpu.add_textures(scene);
+        }
+        gpu.lights = scene.lights.iter().map(light).collect();
+        gpu.add_environment(scene);
+        Ok(gpu)
+    }
+
+    /// The bytes of the binding called `name` in `shaders/bindings.wgsl`; `None` if it is not part of the scene.
+    #[must_use]
+    pub fn bytes(&self, name: &str) -> Option<&[u8]> {
+        Some(match name {
+            "nodes" => cast_slice(&self.nodes),
+            "leaf_vertices" => cast_slice(&self.leaf_vertices),
+            "leaf_triangles" => cast_slice(&self.leaf_triangles),
+            "triangles" => cast_slice(&self.triangles),
+            "normals" => cast_slice(&self.normals),
+            "attributes" => cast_slice(&self.attributes),
+            "materials" => cast_slice(&self.materials),
+            "media" => cast_slice(&self.media),
+            "textures" => cast_slice(&self.textures),
+            "texels" => cast_slice(&self.texels),
+            "lights" => cast_slice(&self.lights),
+            "environment" => cast_slice(&self.environment),
+            _ => return None,
+        })
+    }
+
+    fn add_hierarchy(&mut self, scene: &Scene, bvh: &Bvh, shading: Shading) {
+        let geometry = &scene.geometry;
+        self.nodes = cast_slice(&bvh.nodes).to_vec();
+        let flags: Vec<u32> = scene.materials.iter().map(|material| leaf_flags(material, shading)).collect();
+        self.leaf_vertices.reserve(9 * bvh.leaf_triangles.len());
+        for &index in &bvh.leaf_triangles {
+            let triangle = geometry.triangles[index as usize];
+            for vertex in triangle.vertices {
+                self.leaf_vertices.extend(geometry.positions[vertex as usize].to_array());
+            }
+            self.leaf_triangles.push(index | flags[triangle.material as usize]);
+        }
+        self.triangles = geometry
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
+                Triangle { vertex_0, vertex_1, vertex_2, material: triangle.material, node: triangle.node }
+            })
+            .collect();
+    }
+
+    fn add_attributes(&mut self, scene: &Scene, features: ProgramFeatures) {
+        let geometry = &scene.geometry;
+        self.normals = cast_slice(&geometry.normals).to_vec();
+        if features.has(Feature::Textures) {
+            for uv_set in &geometry.uv_sets {
+                self.attributes.extend_from_slice(cast_slice(uv_set));
+            }
+        }
+        self.color_offset = self.attributes.len() as u32;
+        if features.has(Feature::VertexColors) {
+            self.attributes.extend(geometry.colors.iter().flat_map(|color| color.to_array()));
+        }
+        self.tangent_offset = self.attributes.len() as u32;
+        if features.has(Feature::NormalMaps) {
+            self.attributes.extend(geometry.tangents.iter().flat_map(|tangent| tangent.to_array()));
+        }
+    }
+
+    fn add_materials(&mut self, scene: &Scene, shading: Shading) -> Result<(), TooManyMedia> {
+        for source in &scene.materials {
+            let mut made = material(source, shading);
+            if let Some(medium) = medium(source, shading) {
+                made.medium = 1 + self.medium_index(medium);
+            }
+            self.materials.push(made);
+        }
+        if self.media.len() > 255 {
+            return Err(TooManyMedia(self.media.len()));
+        }
+        Ok(())
+    }
+
+    fn medium_index(&mut self, medium: Medium) -> u32 {
+        let known = self.media.iter().position(|other| *other == medium);
+        known.unwrap_or_else(|| {
+            self.media.push(medium);
+            self.media.len() - 1
+        }) as u32
+    }
+
+    fn add_textures(&mut self, scene: &Scene) {
+        self.texels = (0_u8..=255).map(|code| srgb_to_linear(code).to_bits()).collect();
+        let mut offsets = Vec::with_capacity(scene.images.len());
+        for image in &scene.images {
+            offsets.push(self.texels.len() as u32);
+            self.texels.extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
+        }
+        for texture in &scene.textures {
+            let image = &scene.images[texture.image as usize];
+            let nearest = u32::from(texture.filter == Filter::Nearest) << 4;
+            let srgb = u32::from(texture.srgb) << 5;
+            self.textures.push(Texture {
+                offset: offsets[texture.image as usize],
+                width: image.width,
+                height: image.height,
+                flags: wrap(texture.wrap_u) | (wrap(texture.wrap_v) << 2) | nearest | srgb,
+            });
+        }
+    }
+
+    fn add_environment(&mut self, scene: &Scene) {
+        let Some(environment) = &scene.surroundings.environment else { return };
+        let levels = std::iter::once(&environment.radiance).chain(&environment.rough).chain([&environment.irradiance]);
+        for (slot, map) in self.environment_levels.iter_mut().zip(levels) {
+            *slot = append_map(&mut self.environment, map);
+        }
+    }
+}
+
+fn append_map(texels: &mut Vec<f32>, map: &EquirectMap) -> EnvironmentLevel {
+    let level = EnvironmentLevel { offset: texels.len() as u32, width: map.width, height: map.height, unused: 0 };
+    texels.extend_from_slice(cast_slice(&map.texels));
+    level
+}
+
+fn leaf_flags(material: &SceneMaterial, shading: Shading) -> u32 {
+    let whitted = shading == Shading::Whitted && whitted_transmits(material);
+    let transmits = transmits(material) || whitted;
+    let culled = !material.double_sided && !transmits;
+    let transparent = transmits || material.alpha_mode != AlphaMode::Opaque;
+    u32::from(culled) * LEAF_CULLED | u32::from(transparent) * LEAF_TRANSPARENT
+}
+
+fn ior(source: &SceneMaterial, shading: Shading) -> f32 {
+    let authored = source.whitted.and_then(|k| k.ior).filter(|_| shading == Shading::Whitted);
+    let ior = authored.unwrap_or(source.ior);
+    if ior.is_finite() { ior } else { IOR_INFINITE }
+}
+
+/// What fills the solid that the material bounds, if it bounds one.
+fn medium(source: &SceneMaterial, shading: Shading) -> Option<Medium> {
+    let whitted = shading == Shading::Whitted && whitted_transmits(source);
+    if !(whitted || (transmits(source) && source.volume.is_some())) {
+        return None;
+    }
+    let absorption = source.volume.map_or(Vec3::ZERO, |volume| {
+        let color = volume.attenuation_color.max(Vec3::splat(LEAST_ATTENUATION));
+        let distance = volume.attenuation_distance;
+        Vec3::from_array(color.to_array().map(|c| (-f64::from(c).ln() / distance).max(0.0) as f32))
+    });
+    Some(Medium { absorption: absorption.to_array(), ior: ior(source, shading) })
+}
+
+fn material(source: &SceneMaterial, shading: Shading) -> Material {
+    let mut flags = 0;
+    let mut alpha_cutoff = 0.0;
+    match source.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => {
+            flags |= MATERIAL_MASK;
+            alpha_cutoff = cutoff;
+        }
+        AlphaMode::Blend => flags |= MATERIAL_BLEND,
+    }
+    if source.unlit {
+        flags |= MATERIAL_UNLIT;
+    }
+    let whitted = source.whitted.unwrap_or_default();
+    for (flag, given) in [
+        (MATERIAL_KA, whitted.ka.is_some()),
+        (MATERIAL_KD, whitted.kd.is_some()),
+        (MATERIAL_KS, whitted.ks.is_some()),
+        (MATERIAL_N, whitted.n.is_some()),
+        (MATERIAL_KT, whitted.kt.is_some()),
+    ] {
+        flags |= if given { flag } else { 0 };
+    }
+    Material {
+        base_color: source.base_color.to_array(),
+        emissive: source.emissive.to_array(),
+        alpha_cutoff,
+        specular_color: source.specular_color.to_array(),
+        specular: source.specular,
+        metallic: source.metallic,
+        roughness: source.roughness,
+        transmission: if source.unlit { 0.0 } else { source.transmission },
+        ior: ior(source, shading),
+        normal_scale: source.normal_scale,
+        occlusion_strength: source.occlusion_strength,
+        flags,
+        medium: 0,
+        whitted_ks: whitted.ks.unwrap_or_default().to_array(),
+        whitted_n: whitted.n.unwrap_or_default(),
+        whitted_kt: whitted.kt.unwrap_or_default().to_array(),
+        whitted_ka: whitted.ka.unwrap_or_default(),
+        whitted_kd: whitted.kd.unwrap_or_default(),
+        unused_0: 0,
+        unused_1: 0,
+        unused_2: 0,
+        textures: [
+            &source.base_color_texture,
+            &source.metallic_roughness_texture,
+            &source.normal_texture,
+            &source.occlusion_texture,
+            &source.emissive_texture,
+            &source.transmission_texture,
+            &source.specular_texture,
+            &source.specular_color_texture,
+        ]
+        .map(|texture| texture.as_ref().map_or(TextureUse::NONE, texture_use)),
+    }
+}
+
+fn texture_use(source: &TextureRef) -> TextureUse {
+    let [a, b, c, d, e, f] = source.transform;
+    TextureUse { texture: source.texture, uv_set: source.uv_set, row_u: [a, b, c], row_v: [d, e, f], ..TextureUse::NONE }
+}
+
+fn wrap(mode: Wrap) -> u32 {
+    match mode {
+        Wrap::Repeat => 0,
+        Wrap::MirroredRepeat => 1,
+        Wrap::ClampToEdge => 2,
+    }
+}
+
+/// IEC 61966-2-1.
+fn srgb_to_linear(code: u8) -> f32 {
+    let c = f64::from(code) / 255.0;
+    let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    linear as f32
+}
+
+fn light(source: &SceneLight) -> Light {
+    let intensity = source.intensity.as_vec3().to_array();
+    let inverse = |range: f64| if range.is_finite() { range.recip() as f32 } else { 0.0 };
+    match source.kind {
+        LightKind::Directional { direction } => {
+            Light { kind: 0, direction: direction.as_vec3().to_array(), intensity, ..Light::default() }
+        }
+        LightKind::Point { position, range } => Light {
+            kind: 1,
+            position: position.as_vec3().to_array(),
+            inverse_range: inverse(range),
+            intensity,
+            ..Light::default()
+        },
+        LightKind::Spot { position, direction, range, inner_cone_angle, outer_cone_angle } => Light {
+            kind: 2,
+            position: position.as_vec3().to_array(),
+            direction: direction.as_vec3().to_array(),
+            inverse_range: inverse(range),
+            intensity,
+            spot_scale: (inner_cone_angle.cos() - outer_cone_angle.cos()).max(1e-9).recip() as f32,
+            spot_cos_outer: outer_cone_angle.cos() as f32,
+            ..Light::default()
+        },
+    }
+}

@@ -1,0 +1,211 @@
+//! From the meshes' own spaces into scene space: every instance of every primitive becomes triangles in their place.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
+
+use super::primitive::Primitive;
+use crate::model::{Frame, Geometry, Triangle};
+
+/// A primitive where a node puts it.
+pub(super) struct Instance<'a> {
+    pub(super) primitive: &'a Primitive,
+    pub(super) world: DAffine3,
+    /// Index into the scene's materials.
+    pub(super) material: u32,
+    /// Index into the scene's nodes.
+    pub(super) node: u32,
+}
+
+/// The box around all triangles in world space, (min, max); empty boxes have min above max.
+pub(super) fn world_bounds(instances: &[Instance<'_>]) -> (DVec3, DVec3) {
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let around = |instance: &Instance<'_>| {
+        let points = instance
+            .primitive
+            .positions
+            .iter()
+            .map(|&point| instance.world.transform_point3(point));
+        points.fold(empty, |(min, max), point| (min.min(point), max.max(point)))
+    };
+    // What a scale of zero has shrunk to a point has no triangles.
+    let boxes = instances.iter().map(around).filter(|(min, max)| min != max);
+    boxes.fold(empty, |(min, max), (low, high)| {
+        (min.min(low), max.max(high))
+    })
+}
+
+/// Which optional attributes the scene has.
+pub(super) struct Layout {
+    pub(super) uv_sets: usize,
+    pub(super) tangents: bool,
+    pub(super) colors: bool,
+}
+
+/// Puts all instances into one geometry. Also returns how many triangles were dropped because they have no area.
+pub(super) fn assemble(
+    instances: &[Instance<'_>],
+    frame: &Frame,
+    layout: &Layout,
+) -> (Geometry, usize) {
+    let mut geometry = Geometry {
+        uv_sets: vec![Vec::new(); layout.uv_sets],
+        ..Geometry::default()
+    };
+    let dropped = instances
+        .iter()
+        .map(|instance| append(&mut geometry, instance, frame, layout))
+        .sum();
+    (geometry, dropped)
+}
+
+fn append(
+    geometry: &mut Geometry,
+    instance: &Instance<'_>,
+    frame: &Frame,
+    layout: &Layout,
+) -> usize {
+    let Instance {
+        primitive,
+        world,
+        material,
+        node,
+    } = instance;
+    let first_vertex = geometry.positions.len();
+    let first_triangle = geometry.triangles.len();
+    let to_scene = |&point: &DVec3| frame.to_scene(world.transform_point3(point)).as_vec3();
+    geometry
+        .positions
+        .extend(primitive.positions.iter().map(to_scene));
+
+    let mirrored = world.matrix3.determinant() < 0.0;
+    let placed = primitive.triangles.iter().map(|&[a, b, c]| {
+        let vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+        Triangle {
+            vertices: vertices.map(|vertex| first_vertex as u32 + vertex),
+            material: *material,
+            node: *node,
+        }
+    });
+    let positions = &geometry.positions;
+    geometry
+        .triangles
+        .extend(placed.filter(|triangle| area_normal(positions, triangle) != DVec3::ZERO));
+    let kept = geometry.triangles.len() - first_triangle;
+    let dropped = primitive.triangles.len() - kept + primitive.degenerate;
+    if kept == 0 {
+        geometry.positions.truncate(first_vertex);
+        return dropped;
+    }
+
+    append_normals(geometry, instance, first_triangle);
+    let count = primitive.positions.len();
+    if layout.tangents {
+        append_tangents(geometry, instance, mirrored);
+    }
+    for (set, values) in geometry.uv_sets.iter_mut().zip(&primitive.uv_sets) {
+        set.extend_from_slice(values);
+        debug_assert_eq!(set.len(), first_vertex + count);
+    }
+    if layout.colors {
+        extend_or_fill(&mut geometry.colors, &primitive.colors, count, Vec4::ONE);
+    }
+    dropped
+}
+
+fn extend_or_fill<T: Copy>(list: &mut Vec<T>, values: &[T], count: usize, missing: T) {
+    if values.is_empty() {
+        list.extend(std::iter::repeat_n(missing, count))
+    } else {
+        list.extend_from_slice(values)
+    }
+}
+
+/// Twice the triangle's area along its normal; zero if it has no area in scene space's f32.
+fn area_normal(positions: &[Vec3], triangle: &Triangle) -> DVec3 {
+    let [a, b, c] = triangle
+        .vertices
+        .map(|vertex| positions[vertex as usize].as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// The vertices' normals, moved into scene space; where there is none, that of a triangle at the vertex.
+fn append_normals(geometry: &mut Geometry, instance: &Instance<'_>, first_triangle: usize) {
+    let first_vertex = geometry.normals.len();
+    let count = instance.primitive.positions.len();
+    if instance.primitive.normals.is_empty() {
+        geometry.normals.resize(first_vertex + count, Vec3::ZERO);
+    } else {
+        let matrix = normal_matrix(&instance.world.matrix3);
+        let normals = instance.primitive.normals.iter();
+        geometry.normals.extend(
+            normals.map(|normal| (matrix * normal.as_dvec3()).normalize_or_zero().as_vec3()),
+        );
+    }
+    for triangle in &geometry.triangles[first_triangle..] {
+        for vertex in triangle.vertices {
+            let normal = &mut geometry.normals[vertex as usize];
+            if *normal == Vec3::ZERO {
+                *normal = area_normal(&geometry.positions, triangle)
+                    .normalize()
+                    .as_vec3();
+            }
+        }
+    }
+    // Vertices of dropped triangles alone: nothing reads them, but they are normals too.
+    geometry.normals[first_vertex..]
+        .iter_mut()
+        .filter(|normal| **normal == Vec3::ZERO)
+        .for_each(|normal| *normal = Vec3::Z);
+}
+
+/// The inverse transpose, up to a positive factor: the matrix of cofactors, which exists for singular matrices too.
+fn normal_matrix(linear: &DMat3) -> DMat3 {
+    let largest = linear
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    if largest == 0.0 {
+        return DMat3::ZERO;
+    }
+    // Products of tiny or huge entries would leave the range of f64.
+    let DMat3 {
+        x_axis: x,
+        y_axis: y,
+        z_axis: z,
+    } = *linear * largest.recip();
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    if linear.determinant() < 0.0 {
+        -cofactors
+    } else {
+        cofactors
+    }
+}
+
+/// Mirroring turns the bitangent's side around.
+fn append_tangents(geometry: &mut Geometry, instance: &Instance<'_>, mirrored: bool) {
+    let first_vertex = geometry.tangents.len();
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let count = instance.primitive.positions.len();
+    if instance.primitive.tangents.is_empty() {
+        // Nothing reads these.
+        geometry
+            .tangents
+            .resize(first_vertex + count, Vec4::new(1.0, 0.0, 0.0, 1.0));
+        return;
+    }
+    for (tangent, normal) in instance
+        .primitive
+        .tangents
+        .iter()
+        .zip(&geometry.normals[first_vertex..])
+    {
+        let direction = (instance.world.matrix3 * tangent.truncate().as_dvec3())
+            .normalize_or_zero()
+            .as_vec3();
+        let direction = if direction == Vec3::ZERO {
+            normal.any_orthonormal_vector()
+        } else {
+            direction
+        };
+        geometry.tangents.push(direction.extend(sign * tangent.w));
+    }
+}

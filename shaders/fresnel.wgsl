@@ -1,0 +1,99 @@
+// Reflection and refraction at an interface: README.md, "Fresnel and Snell".
+
+struct Interface {
+    eta_i: f32,
+    eta_t: f32,
+    r0: f32, // reflectance at normal incidence
+    f0: vec3f, // .. with KHR_materials_specular
+    f90: f32,
+    cos_i: f32, // dot(ns, wo)
+    cos_t: f32, // of the refracted ray; 0 in total internal reflection
+    total: bool, // total internal reflection
+    fresnel: vec3f, // F(cos_i)
+}
+
+// Indices so near to each other are the same: an object of index 1 in vacuum can't be seen.
+const SAME_INDEX: f32 = 1e-7;
+
+fn same_index(a: f32, b: f32) -> bool {
+    return abs(a - b) <= SAME_INDEX * max(a, b);
+}
+
+// cos of the refracted angle, squared; zero or less: total internal reflection. (1 - c)(1 + c) keeps its digits near
+// grazing and critical angles, where 1 - c*c has none left.
+fn refracted_cos_squared(eta_i: f32, eta_t: f32, cos_i: f32) -> f32 {
+    let ratio = eta_i / eta_t;
+    return 1.0 - ratio * ratio * (1.0 - cos_i) * (1.0 + cos_i);
+}
+
+// Unpolarised Fresnel reflectance of a dielectric, exact.
+fn dielectric_reflectance(eta_i: f32, eta_t: f32, cos_i: f32) -> f32 {
+    if (same_index(eta_i, eta_t)) {
+        return 0.0;
+    }
+    if (eta_t >= IOR_INFINITE) {
+        return 1.0;
+    }
+    let squared = refracted_cos_squared(eta_i, eta_t, cos_i);
+    if (squared <= 0.0) {
+        return 1.0;
+    }
+    let cos_t = sqrt(squared);
+    let rs = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
+    let rp = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
+    return 0.5 * (rs * rs + rp * rp);
+}
+
+fn normal_reflectance(eta_i: f32, eta_t: f32) -> f32 {
+    if (same_index(eta_i, eta_t)) {
+        return 0.0;
+    }
+    if (eta_t >= IOR_INFINITE) {
+        return 1.0;
+    }
+    let ratio = (eta_i - eta_t) / (eta_i + eta_t);
+    return ratio * ratio;
+}
+
+// F(c): the exact curve, stretched to start at F0 and end at F90.
+fn fresnel(interface_: Interface, cos_i: f32) -> vec3f {
+    let exact = dielectric_reflectance(interface_.eta_i, interface_.eta_t, cos_i);
+    if (interface_.r0 >= 1.0) {
+        return interface_.f0;
+    }
+    if (exact >= 1.0) {
+        return vec3f(1.0);
+    }
+    let rise = (exact - interface_.r0) / (1.0 - interface_.r0);
+    // The exact curve of a high index dips below its start, which a specular colour of 0 must not make negative.
+    return max(interface_.f0 + (vec3f(interface_.f90) - interface_.f0) * rise, vec3f(0.0));
+}
+
+fn interface_at(surface: Surface, eta_i: f32, eta_t: f32) -> Interface {
+    var made: Interface;
+    made.eta_i = eta_i;
+    made.eta_t = eta_t;
+    made.r0 = normal_reflectance(eta_i, eta_t);
+    made.f0 = min(made.r0 * surface.specular_color, vec3f(1.0)) * surface.specular;
+    made.f90 = surface.specular;
+    made.cos_i = clamp(dot(surface.ns, surface.wo), 0.0, 1.0);
+    let squared = refracted_cos_squared(eta_i, eta_t, made.cos_i);
+    made.total = squared <= 0.0 && !same_index(eta_i, eta_t);
+    made.cos_t = sqrt(max(squared, 0.0));
+    made.fresnel = fresnel(made, made.cos_i);
+    return made;
+}
+
+// Interpolated normals can send a ray to the wrong side of the surface: there it is mirrored back at the facet.
+fn reflected_direction(surface: Surface, cos_i: f32) -> vec3f {
+    let mirrored = 2.0 * cos_i * surface.ns - surface.wo;
+    let below = min(dot(mirrored, surface.ng), 0.0);
+    return normalize(mirrored - 2.0 * below * surface.ng);
+}
+
+fn refracted_direction(surface: Surface, made: Interface) -> vec3f {
+    let ratio = made.eta_i / made.eta_t;
+    let bent = -ratio * surface.wo + (ratio * made.cos_i - made.cos_t) * surface.ns;
+    let above = max(dot(bent, surface.ng), 0.0);
+    return normalize(bent - 2.0 * above * surface.ng);
+}

@@ -1,0 +1,111 @@
+// Ray against triangle and ray against the eight boxes of a CWBVH node.
+
+const NO_HIT: u32 = 0xffffffffu;
+
+struct Hit {
+    t: f32,
+    u: f32, // weight of vertex 1
+    v: f32, // weight of vertex 2
+    triangle: u32, // NO_HIT for none
+    leaf: u32, // the same triangle in leaf order
+    back: bool, // seen from behind
+}
+
+struct TriangleHit {
+    t: f32,
+    u: f32,
+    v: f32,
+    back: bool,
+    valid: bool,
+}
+
+// Edge functions in Pluecker form on vertices relative to the ray's origin. The value at an edge is a product of the same
+// numbers in both triangles that share it, with opposite sign, so a ray can't slip between them.
+fn intersect_triangle(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> TriangleHit {
+    let a = v0 - origin;
+    let b = v1 - origin;
+    let c = v2 - origin;
+    // Each is six times the signed volume that the direction spans with an edge.
+    let w0 = dot(direction, cross(c, b));
+    let w1 = dot(direction, cross(a, c));
+    let w2 = dot(direction, cross(b, a));
+    let lowest = min(w0, min(w1, w2));
+    let highest = max(w0, max(w1, w2));
+    let normal = cross(b - a, c - a);
+    let slope = dot(normal, direction);
+    let sum = w0 + w1 + w2;
+    var found = TriangleHit(0.0, 0.0, 0.0, slope > 0.0, false);
+    // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
+    if ((lowest >= 0.0 || highest <= 0.0) && slope != 0.0 && sum != 0.0) {
+        found.t = dot(normal, a) / slope;
+        found.u = w1 / sum;
+        found.v = w2 / sum;
+        found.valid = true;
+    }
+    return found;
+}
+
+// What a ray keeps for its box tests.
+struct BoxRay {
+    origin: vec3f,
+    inverse: vec3f,
+    negative: vec3<bool>, // direction < 0
+    octant: u32, // order of the children, in each byte
+}
+
+fn box_ray(origin: vec3f, direction: vec3f) -> BoxRay {
+    let inverse = safe_reciprocal(direction);
+    let negative = inverse < vec3f(0.0);
+    let octant = select(4u, 0u, negative.x) | select(2u, 0u, negative.y) | select(1u, 0u, negative.z);
+    return BoxRay(origin, inverse, negative, octant * 0x01010101u);
+}
+
+// Four of the eight children (Ylitie et al. 2017). Bits of the result: see intersect_node.
+fn intersect_children(
+    child_slots: u32, octant: u32,
+    near_x: u32, far_x: u32, near_y: u32, far_y: u32, near_z: u32, far_z: u32,
+    step: vec3f, near_start: vec3f, far_start: vec3f, t_min: f32, t_max: f32,
+) -> u32 {
+    let is_inner = (child_slots & (child_slots << 1u)) & 0x10101010u;
+    let inner_mask = (is_inner >> 4u) * 0xffu;
+    let bit_index = (child_slots ^ (octant & inner_mask)) & 0x1f1f1f1fu;
+    let child_bits = (child_slots >> 5u) & 0x07070707u;
+
+    let enter_x = vec4f(unpack4xU8(near_x)) * step.x + near_start.x;
+    let enter_y = vec4f(unpack4xU8(near_y)) * step.y + near_start.y;
+    let enter_z = vec4f(unpack4xU8(near_z)) * step.z + near_start.z;
+    let leave_x = vec4f(unpack4xU8(far_x)) * step.x + far_start.x;
+    let leave_y = vec4f(unpack4xU8(far_y)) * step.y + far_start.y;
+    let leave_z = vec4f(unpack4xU8(far_z)) * step.z + far_start.z;
+    let enter = max(max(enter_x, enter_y), max(enter_z, vec4f(t_min)));
+    let leave = min(min(leave_x, leave_y), min(leave_z, vec4f(t_max)));
+    let bits = select(vec4u(0u), unpack4xU8(child_bits) << unpack4xU8(bit_index), enter <= leave);
+    return bits.x | bits.y | bits.z | bits.w;
+}
+
+// The children that the ray meets in [t_min, t_max]: bits 24-31 inner nodes in the order to visit them (highest first), bits
+// 0-23 triangles from the node's first.
+fn intersect_node(ray: BoxRay, word: u32, t_min: f32, t_max: f32) -> u32 {
+    let head = nodes[word];
+    let child_slots = nodes[word + 1u].zw;
+    let bounds_x = nodes[word + 2u]; // min of children 0-3, 4-7, max of children 0-3, 4-7
+    let bounds_y = nodes[word + 3u];
+    let bounds_z = nodes[word + 4u];
+
+    let exponents = (vec3u(head.w) >> vec3u(0u, 8u, 16u)) & vec3u(0xffu);
+    let step = bitcast<vec3f>(exponents << vec3u(23u)) * ray.inverse;
+    let start = (bitcast<vec3f>(head.xyz) - ray.origin) * ray.inverse;
+    // Widened by more than all roundings here and in the builder's quantisation (cf. Ize 2013), so no box is missed.
+    let slack = 4.7683716e-7 * (abs(start) + 256.0 * abs(step)); // 2^-21
+    let near_start = start - slack;
+    let far_start = start + slack;
+
+    let near_x = select(bounds_x.xy, bounds_x.zw, ray.negative.x);
+    let far_x = select(bounds_x.zw, bounds_x.xy, ray.negative.x);
+    let near_y = select(bounds_y.xy, bounds_y.zw, ray.negative.y);
+    let far_y = select(bounds_y.zw, bounds_y.xy, ray.negative.y);
+    let near_z = select(bounds_z.xy, bounds_z.zw, ray.negative.z);
+    let far_z = select(bounds_z.zw, bounds_z.xy, ray.negative.z);
+    return intersect_children(child_slots.x, ray.octant, near_x.x, far_x.x, near_y.x, far_y.x, near_z.x, far_z.x, step, near_start, far_start, t_min, t_max)
+        | intersect_children(child_slots.y, ray.octant, near_x.y, far_x.y, near_y.y, far_y.y, near_z.y, far_z.y, step, near_start, far_start, t_min, t_max);
+}

@@ -1,0 +1,13 @@
+// Traces given rays and writes what they hit: tests and benches of traversal alone.
+
+@compute @workgroup_size(64)
+fn probe(@builtin(global_invocation_id) invocation: vec3u) {
+    let index = invocation.x;
+    if (index >= frame.slot_count) {
+        return;
+    }
+    let ray = probe_rays[index];
+    let hit = trace(ray.origin, ray.direction, 0.0, NO_HIT, ray.t_max, ray.shadow != 0u);
+    probe_hits[index] = ProbeHit(hit.t, hit.u, hit.v, hit.triangle);
+    add_up_counters();
+}

@@ -1,0 +1,73 @@
+// Pending work of a pixel: a stack in storage, so that a dispatch can end at any ray and the next one goes on from there.
+
+// A work item is one of three.
+const RADIANCE: u32 = 0u; // a ray whose radiance is wanted
+const SHADOW: u32 = 1u; // a ray to a light; throughput holds what the light adds if nothing is in the way
+const LIGHTS: u32 = 2u; // a surface whose lights from `light` on are still to be summed up
+
+struct WorkItem {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    kind: u32,
+    depth: u32, // in the ray tree; camera ray: 0
+    straight: bool, // reached from the camera by alpha blending alone
+    throughput: vec3f,
+    media: vec2u,
+    t_min: f32, // hits up to here, and at t_min those up to triangle `after`, are behind the ray
+    after: u32,
+    light: u32,
+    hit: Hit, // of LIGHTS
+}
+
+var<private> pending: u32; // items on this slot's stack
+
+const ITEM_WORDS: u32 = 4u; // vec4u each
+
+// Lanes lie side by side, so that a vector of them reads one run of memory.
+fn item_address(slot: u32, level: u32, word: u32) -> u32 {
+    return (level * ITEM_WORDS + word) * frame.slot_count + slot;
+}
+
+// The meaning of the shared words differs by kind: the host never looks inside.
+fn store_item(slot: u32, level: u32, item: WorkItem) {
+    let is_lights = item.kind == LIGHTS;
+    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.hit.back) | (item.depth << 4u);
+    ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
+    ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
+    ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
+    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(select(item.t_min, item.hit.u, is_lights)), bitcast<u32>(item.hit.v));
+}
+
+fn load_item(slot: u32, level: u32) -> WorkItem {
+    let a = ray_stack[item_address(slot, level, 0u)];
+    let b = ray_stack[item_address(slot, level, 1u)];
+    let c = ray_stack[item_address(slot, level, 2u)];
+    let d = ray_stack[item_address(slot, level, 3u)];
+    var item: WorkItem;
+    item.origin = bitcast<vec3f>(a.xyz);
+    item.t_max = bitcast<f32>(a.w);
+    item.light = a.w;
+    item.direction = bitcast<vec3f>(b.xyz);
+    item.kind = b.w & 3u;
+    item.straight = (b.w & 4u) != 0u;
+    item.depth = b.w >> 4u;
+    item.throughput = bitcast<vec3f>(c.xyz);
+    item.after = c.w;
+    item.media = d.xy;
+    item.t_min = bitcast<f32>(d.z);
+    if (item.kind == LIGHTS) {
+        item.hit = Hit(0.0, bitcast<f32>(d.z), bitcast<f32>(d.w), leaf_triangles[c.w] & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
+    }
+    return item;
+}
+
+fn push(slot: u32, item: WorkItem) {
+    store_item(slot, pending, item);
+    pending += 1u;
+}
+
+fn pop(slot: u32) -> WorkItem {
+    pending -= 1u;
+    return load_item(slot, pending);
+}

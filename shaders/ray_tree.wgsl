@@ -1,0 +1,301 @@
+// The ray tree of a pixel (Whitted 1980), walked top down: eq. 14.32 is linear in Ir and It, so each pending ray carries its
+// throughput, and what it finds is added to the pixel at once. One loop with one call of `trace` and one of `surface_at`,
+// whatever the kind of ray: lavapipe inlines every call, and lanes with different kinds keep going together.
+
+// The pixel's sum so far, and the rays that it took.
+var<private> radiance: vec4f;
+var<private> rays: u32;
+
+fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
+    let ray = camera_ray(pixel, samples[sample]);
+    var item: WorkItem;
+    item.origin = ray.origin;
+    item.direction = ray.direction;
+    item.t_max = T_MAX;
+    item.kind = RADIANCE;
+    item.straight = true;
+    item.throughput = vec3f(1.0);
+    item.after = NO_HIT;
+    count(PRIMARY_RAYS);
+    rays += 1u;
+    radiance.w += 1.0;
+    return item;
+}
+
+// The ray came to the light, or to where there is nothing more.
+fn arrive(item: WorkItem) {
+    var arriving = item.throughput;
+    if (HAS_ABSORPTION) {
+        arriving *= medium_transmittance(item.media, item.t_max);
+    }
+    if (item.kind == RADIANCE) {
+        count(ENDED_MISS);
+        arriving *= missed_radiance(item.direction, item.straight);
+        if (item.straight) {
+            radiance.w -= item.throughput.x;
+        }
+    }
+    radiance += vec4f(arriving, 0.0);
+}
+
+// What the ray's medium and the surface's make of each other.
+struct Crossing {
+    made: Interface,
+    through: vec2u, // media of a ray that goes through
+    full: bool, // .. for which there is no room
+}
+
+fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
+    var crossing: Crossing;
+    crossing.through = media_;
+    let eta_i = medium_ior(media_);
+    var eta_t = materials[surface.material].ior;
+    if (HAS_SOLIDS) {
+        let medium = materials[surface.material].medium;
+        if (medium != 0u) {
+            if (surface.back) {
+                crossing.through = leave_medium(media_, medium);
+                eta_t = medium_ior(crossing.through);
+            } else {
+                crossing.full = media_full(media_);
+                crossing.through = enter_medium(media_, medium);
+            }
+        }
+    }
+    crossing.made = interface_at(surface, eta_i, eta_t);
+    return crossing;
+}
+
+// A new ray of the tree, unless it ends here: README.md, "Where branches end".
+fn spawn(slot: u32, parent: WorkItem, surface: Surface, direction: vec3f, weight: vec3f, media_: vec2u, media_overflow: bool, straight: bool, kind_counter: u32) {
+    let throughput = parent.throughput * weight;
+    let largest = max_component(throughput);
+    if (!(largest > 0.0)) {
+        return;
+    }
+    if (largest < frame.min_weight) {
+        count(ENDED_WEIGHT);
+        return;
+    }
+    if (parent.depth >= frame.max_depth) {
+        count(ENDED_DEPTH);
+        return;
+    }
+    if (media_overflow || pending >= frame.stack_capacity) {
+        count(ENDED_STORAGE);
+        return;
+    }
+    var child: WorkItem;
+    child.origin = spawn_origin(surface, direction);
+    child.direction = direction;
+    child.t_max = T_MAX;
+    child.kind = RADIANCE;
+    child.depth = parent.depth + 1u;
+    child.straight = straight;
+    child.throughput = throughput;
+    child.media = media_;
+    child.after = NO_HIT;
+    count(kind_counter);
+    rays += 1u;
+    push(slot, child);
+}
+
+// The surface's own radiance, and the rays that it spawns.
+fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
+    if (HAS_BLEND) {
+        if (surface.alpha < 1.0) {
+            spawn(slot, item, surface, item.direction, vec3f(1.0 - surface.alpha), item.media, false, item.straight, REFRACTION_RAYS);
+        }
+    }
+    if (HAS_UNLIT) {
+        if ((surface.flags & MATERIAL_UNLIT) != 0u) {
+            radiance += vec4f(item.throughput * surface.alpha * surface.base, 0.0);
+            return;
+        }
+    }
+    let made = crossing.made;
+    let reflected = reflected_direction(surface, made.cos_i);
+    var transmitted = item.direction;
+    if (HAS_SOLIDS) {
+        if (materials[surface.material].medium != 0u) {
+            transmitted = refracted_direction(surface, made);
+        }
+    }
+    var shading: Shading;
+    if (HAS_WHITTED) {
+        shading = whitted_shading(surface, made);
+    } else {
+        shading = pbr_shading(surface, made, reflected, transmitted);
+    }
+    radiance += vec4f(item.throughput * surface.alpha * shading.radiance, 0.0);
+    if (HAS_TRANSMISSION) {
+        spawn(slot, item, surface, transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS);
+    }
+    if (HAS_REFLECTION) {
+        spawn(slot, item, surface, reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS);
+    }
+}
+
+// The shadow ray to the next light from `item.light` on that could add anything; the lights after it stay pending. Kind
+// LIGHTS in the result: there is none.
+fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) -> WorkItem {
+    var next = item;
+    for (var k = item.light; k < frame.light_count; k++) {
+        let light = sample_light(k, surface.position);
+        if (dot(surface.ns, light.direction) <= 0.0 || dot(surface.ng, light.direction) <= 0.0) {
+            continue;
+        }
+        var reflected: vec3f;
+        if (HAS_WHITTED) {
+            reflected = whitted_direct(surface, light.direction);
+        } else {
+            reflected = pbr_direct(surface, crossing.made, light.direction);
+        }
+        let added = item.throughput * surface.alpha * light.irradiance * reflected;
+        if (!(max_component(added) > 0.0)) {
+            continue;
+        }
+        if (HAS_MANY_LIGHTS) {
+            if (k + 1u < frame.light_count) {
+                next.light = k + 1u;
+                push(slot, next);
+            }
+        }
+        let origin = spawn_origin(surface, light.direction);
+        next.origin = origin;
+        next.direction = light.direction;
+        next.t_max = light.distance;
+        if (light.distance < T_MAX) {
+            let towards = surface.position + light.distance * light.direction - origin;
+            next.t_max = length(towards);
+            next.direction = towards / max(next.t_max, 1e-30);
+        }
+        next.kind = SHADOW;
+        next.throughput = added;
+        next.t_min = 0.0;
+        next.after = NO_HIT;
+        count(SHADOW_RAYS);
+        rays += 1u;
+        return next;
+    }
+    return next;
+}
+
+// A shadow ray at a surface that may let part of the light through. Kind LIGHTS in the result: nothing came through.
+fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
+    var next = item;
+    var through = vec3f(0.0);
+    if ((surface.flags & MATERIAL_UNLIT) == 0u) {
+        if (HAS_WHITTED) {
+            through = whitted_coefficients(surface).kt;
+        } else {
+            through = pbr_shadow(surface);
+        }
+    }
+    next.throughput *= vec3f(1.0 - surface.alpha) + surface.alpha * through;
+    if (HAS_SOLIDS) {
+        let medium = materials[surface.material].medium;
+        if (medium != 0u) {
+            if (surface.back) {
+                next.media = leave_medium(item.media, medium);
+            } else if (media_full(item.media)) {
+                count(ENDED_STORAGE);
+                next.throughput = vec3f(0.0);
+            } else {
+                next.media = enter_medium(item.media, medium);
+            }
+        }
+    }
+    next.origin = spawn_origin(surface, item.direction);
+    if (item.t_max < T_MAX) {
+        next.t_max = max(item.t_max - t, 0.0);
+    }
+    next.t_min = 0.0;
+    next.after = NO_HIT;
+    if (!(max_component(next.throughput) > 0.0)) {
+        next.kind = LIGHTS;
+    }
+    return next;
+}
+
+// Goes on with a pixel until it is finished or the budget is spent; true: finished.
+fn advance(slot: u32, pixel: vec2u) -> bool {
+    var next_sample = slots[slot].next_sample;
+    var item: WorkItem;
+    var has_item = false;
+    var finished = false;
+    pending = slots[slot].stack_height;
+    radiance = slots[slot].radiance;
+    rays = slots[slot].rays;
+    loop {
+        if (!has_item) {
+            if (pending > 0u) {
+                item = pop(slot);
+            } else if (next_sample < frame.sample_count) {
+                item = camera_item(pixel, next_sample);
+                next_sample += 1u;
+            } else {
+                finished = true;
+                break;
+            }
+        }
+        if (node_visits + triangle_tests >= frame.step_budget) {
+            push(slot, item);
+            break;
+        }
+        has_item = false;
+        var hit = item.hit;
+        if (item.kind != LIGHTS) {
+            hit = trace(item.origin, item.direction, item.t_min, item.after, item.t_max, item.kind == SHADOW);
+            if (hit.triangle == NO_HIT) {
+                arrive(item);
+                continue;
+            }
+            if (item.kind == SHADOW) {
+                if (HAS_TRANSPARENT_SHADOWS) {
+                    if ((leaf_triangles[hit.leaf] & LEAF_TRANSPARENT) == 0u) {
+                        continue;
+                    }
+                } else {
+                    continue;
+                }
+            }
+        }
+        let surface = surface_at(hit, item.direction);
+        if (item.kind != LIGHTS) {
+            if (HAS_MASK) {
+                if (cut_out(surface)) {
+                    item.t_min = hit.t;
+                    item.after = hit.triangle;
+                    has_item = true;
+                    continue;
+                }
+            }
+            if (HAS_ABSORPTION) {
+                item.throughput *= medium_transmittance(item.media, hit.t);
+            }
+        }
+        if (HAS_TRANSPARENT_SHADOWS) {
+            if (item.kind == SHADOW) {
+                item = pass_shadow(item, surface, hit.t);
+                has_item = item.kind == SHADOW;
+                continue;
+            }
+        }
+        let crossing = crossing_at(surface, item.media);
+        if (item.kind == RADIANCE) {
+            shade(slot, item, surface, crossing);
+            item.light = 0u;
+            item.kind = LIGHTS;
+            item.hit = hit;
+        }
+        if (HAS_LIGHTS) {
+            if ((surface.flags & MATERIAL_UNLIT) == 0u) {
+                item = next_shadow_ray(slot, item, surface, crossing);
+                has_item = item.kind == SHADOW;
+            }
+        }
+    }
+    slots[slot] = Slot(radiance, pending, next_sample, rays, 0u);
+    return finished;
+}

@@ -1,0 +1,181 @@
+// What a hit knows about the surface: README.md, "The surface at a hit".
+
+struct Surface {
+    position: vec3f,
+    position_error: vec3f, // bound of the error of `position`, for each axis
+    ng: vec3f, // geometric normal, towards the viewer
+    ns: vec3f, // shading normal, dot(ns, wo) > 0
+    wo: vec3f, // towards the viewer
+    back: bool,
+    base: vec3f,
+    alpha: f32,
+    metallic: f32,
+    roughness: f32,
+    transmission: f32,
+    specular: f32,
+    specular_color: vec3f,
+    occlusion: f32, // share of the ambient light that arrives
+    emission: vec3f,
+    flags: u32, // MATERIAL_*
+    material: u32,
+    node: u32,
+}
+
+// The three vertices of a hit with their weights.
+struct Corners {
+    vertices: vec3u,
+    weights: vec3f,
+}
+
+fn interpolated_normal(corners: Corners) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let at = 3u * corners.vertices[k];
+        sum += corners.weights[k] * vec3f(normals[at], normals[at + 1u], normals[at + 2u]);
+    }
+    return sum;
+}
+
+fn interpolated_attribute(corners: Corners, offset: u32) -> vec4f {
+    var sum = vec4f(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let at = offset + 4u * corners.vertices[k];
+        sum += corners.weights[k] * vec4f(attributes[at], attributes[at + 1u], attributes[at + 2u], attributes[at + 3u]);
+    }
+    return sum;
+}
+
+fn interpolated_uv(corners: Corners, uv_set: u32) -> vec2f {
+    var sum = vec2f(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let at = 2u * (uv_set * frame.vertex_count + corners.vertices[k]);
+        sum += corners.weights[k] * vec2f(attributes[at], attributes[at + 1u]);
+    }
+    return sum;
+}
+
+// All textures of a material, white where there is none. One loop, one call: lavapipe inlines each.
+fn sample_material(material: u32, corners: Corners) -> array<vec4f, 8> {
+    var values: array<vec4f, 8>;
+    for (var k = 0u; k < 8u; k++) {
+        values[k] = vec4f(1.0);
+        let texture = materials[material].textures[k].texture;
+        if (texture != NO_TEXTURE) {
+            let uv = vec3f(interpolated_uv(corners, materials[material].textures[k].uv_set), 1.0);
+            let place = vec2f(dot(materials[material].textures[k].row_u, uv), dot(materials[material].textures[k].row_v, uv));
+            values[k] = sample_texture(texture, place);
+        }
+    }
+    return values;
+}
+
+// A vector without length has no direction: then the fallback.
+fn normalize_or(v: vec3f, fallback: vec3f) -> vec3f {
+    // Scaled first, so that neither tiny nor huge vectors lose their square.
+    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
+    if (!(largest > 1e-30)) {
+        return fallback;
+    }
+    return normalize(v / largest);
+}
+
+fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) -> vec3f {
+    let interpolated = interpolated_attribute(corners, frame.tangent_offset);
+    let tangent = normalize_or(interpolated.xyz - dot(interpolated.xyz, normal) * normal, vec3f(0.0));
+    if (all(tangent == vec3f(0.0))) {
+        return normal;
+    }
+    let bitangent = select(-1.0, 1.0, interpolated.w >= 0.0) * cross(normal, tangent);
+    let slope = (2.0 * value - 1.0) * vec3f(scale, scale, 1.0);
+    return normalize_or(slope.x * tangent + slope.y * bitangent + slope.z * normal, normal);
+}
+
+// Everything about the surface that `hit` names, for a ray that came along `direction`.
+fn surface_at(hit: Hit, direction: vec3f) -> Surface {
+    var surface: Surface;
+    let triangle = triangles[hit.triangle];
+    let index = triangle.material;
+    surface.material = index;
+    surface.node = triangle.node;
+    surface.flags = materials[index].flags;
+    surface.back = hit.back;
+    surface.wo = -direction;
+
+    let at = hit.leaf * 9u;
+    let v0 = vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]);
+    let v1 = vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]);
+    let v2 = vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]);
+    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), vec3f(1.0 - hit.u - hit.v, hit.u, hit.v));
+    // From the barycentrics rather than along the ray: the error depends on the triangle, not on the distance
+    // (pbrt 4ed, 6.8.5).
+    let p0 = corners.weights.x * v0;
+    let p1 = corners.weights.y * v1;
+    let p2 = corners.weights.z * v2;
+    surface.position = p0 + p1 + p2;
+    surface.position_error = gamma(7.0) * (abs(p0) + abs(p1) + abs(p2));
+
+    let facing = select(1.0, -1.0, hit.back);
+    let front_ng = normalize_or(cross(v1 - v0, v2 - v0), surface.wo * facing);
+    surface.ng = facing * front_ng;
+    var front_ns = normalize_or(interpolated_normal(corners), front_ng);
+
+    var values: array<vec4f, 8>;
+    if (HAS_TEXTURES) {
+        values = sample_material(index, corners);
+    } else {
+        for (var k = 0u; k < 8u; k++) {
+            values[k] = vec4f(1.0);
+        }
+    }
+    if (HAS_NORMAL_MAPS) {
+        if (materials[index].textures[NORMAL_TEXTURE].texture != NO_TEXTURE) {
+            front_ns = normal_from_map(front_ns, corners, values[NORMAL_TEXTURE].xyz, materials[index].normal_scale);
+        }
+    }
+    surface.ns = facing * front_ns;
+    if (!(dot(surface.ns, surface.wo) > 0.0)) {
+        surface.ns = surface.ng;
+    }
+
+    var base = materials[index].base_color * values[BASE_COLOR_TEXTURE];
+    if (HAS_VERTEX_COLORS) {
+        base *= interpolated_attribute(corners, frame.color_offset);
+    }
+    surface.base = base.xyz;
+    surface.alpha = 1.0;
+    if (HAS_BLEND) {
+        if ((surface.flags & MATERIAL_BLEND) != 0u) {
+            surface.alpha = clamp(base.w, 0.0, 1.0);
+        }
+    }
+    if (HAS_MASK) {
+        if ((surface.flags & MATERIAL_MASK) != 0u) {
+            surface.alpha = select(1.0, 0.0, clamp(base.w, 0.0, 1.0) < materials[index].alpha_cutoff);
+        }
+    }
+    let metallic_roughness = values[METALLIC_ROUGHNESS_TEXTURE];
+    surface.metallic = clamp(materials[index].metallic * metallic_roughness.z, 0.0, 1.0);
+    surface.roughness = clamp(materials[index].roughness * metallic_roughness.y, 0.0, 1.0);
+    surface.transmission = clamp(materials[index].transmission * values[TRANSMISSION_TEXTURE].x, 0.0, 1.0);
+    surface.specular = clamp(materials[index].specular * values[SPECULAR_TEXTURE].w, 0.0, 1.0);
+    surface.specular_color = materials[index].specular_color * values[SPECULAR_COLOR_TEXTURE].xyz;
+    surface.occlusion = 1.0 + materials[index].occlusion_strength * (values[OCCLUSION_TEXTURE].x - 1.0);
+    surface.emission = materials[index].emissive * values[EMISSIVE_TEXTURE].xyz;
+    return surface;
+}
+
+// A hit that is a hole in the alpha mask.
+fn cut_out(surface: Surface) -> bool {
+    if (HAS_MASK) {
+        return (surface.flags & MATERIAL_MASK) != 0u && surface.alpha == 0.0;
+    }
+    return false;
+}
+
+// The start of a ray that leaves the surface to the side of `ng` that `direction` points to: the hit point moved along the
+// geometric normal by the bound of its own error (pbrt 4ed, 6.8.6), twice: the triangle test rounds as well.
+fn spawn_origin(surface: Surface, direction: vec3f) -> vec3f {
+    let distance = 2.0 * dot(abs(surface.ng), surface.position_error);
+    let side = select(-1.0, 1.0, dot(direction, surface.ng) >= 0.0);
+    return surface.position + side * distance * surface.ng;
+}

@@ -1,0 +1,44 @@
+// Textures live in a storage buffer and are filtered here, so that they are the same on every driver.
+
+// An integer texel coordinate brought into [0, size).
+fn wrap_texel(coordinate: i32, size: i32, mode: u32) -> i32 {
+    if (mode == WRAP_CLAMP) {
+        return clamp(coordinate, 0, size - 1);
+    }
+    let period = select(size, 2 * size, mode == WRAP_MIRRORED);
+    var folded = coordinate % period;
+    folded = select(folded, folded + period, folded < 0);
+    return select(folded, period - 1 - folded, folded >= size);
+}
+
+// A texel, decoded to linear. The table of the 256 sRGB codes opens the buffer (IEC 61966-2-1).
+fn texel(texture: Texture, x: i32, y: i32) -> vec4f {
+    let wrapped_x = wrap_texel(x, i32(texture.width), texture.flags & 3u);
+    let wrapped_y = wrap_texel(y, i32(texture.height), (texture.flags >> 2u) & 3u);
+    let code = unpack4xU8(texels[texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x)]);
+    let plain = vec4f(code) / 255.0;
+    if ((texture.flags & TEXTURE_SRGB) == 0u) {
+        return plain;
+    }
+    return vec4f(bitcast<f32>(texels[code.x]), bitcast<f32>(texels[code.y]), bitcast<f32>(texels[code.z]), plain.w);
+}
+
+// Coordinates that no image needs are kept from overflowing an i32.
+fn texel_coordinate(x: f32) -> i32 {
+    return i32(clamp(floor(x), -1e9, 1e9));
+}
+
+fn sample_texture(index: u32, uv: vec2f) -> vec4f {
+    let texture = textures[index];
+    let place = uv * vec2f(f32(texture.width), f32(texture.height));
+    if ((texture.flags & TEXTURE_NEAREST) != 0u) {
+        return texel(texture, texel_coordinate(place.x), texel_coordinate(place.y));
+    }
+    let corner = place - 0.5;
+    let x = texel_coordinate(corner.x);
+    let y = texel_coordinate(corner.y);
+    let weight = corner - floor(corner);
+    let upper = mix(texel(texture, x, y), texel(texture, x + 1, y), weight.x);
+    let lower = mix(texel(texture, x, y + 1), texel(texture, x + 1, y + 1), weight.x);
+    return mix(upper, lower, weight.y);
+}

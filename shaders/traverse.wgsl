@@ -1,0 +1,86 @@
+// One traversal for every kind of ray. It must be called from one place in a kernel: lavapipe inlines each call.
+
+// Work done by this invocation in this dispatch.
+var<private> node_visits: u32;
+var<private> triangle_tests: u32;
+
+const NODE_WORDS: u32 = 5u;
+
+// The closest hit with t in (t_min, t_max), or at t_min with a triangle index above `after`; of hits at equal t the lowest
+// triangle index. A shadow ray ends at the first opaque triangle that it finds, closest or not.
+fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, shadow: bool) -> Hit {
+    var hit = Hit(t_max, 0.0, 0.0, NO_HIT, 0u, false);
+    if (frame.triangle_count == 0u) {
+        return hit;
+    }
+    let ray = box_ray(origin, direction);
+    var stack: array<vec2u, TRAVERSAL_STACK>;
+    var height = 0u;
+    // A group: (first child, bits of children still to visit in the upper byte | which children are inner nodes).
+    var group = vec2u(0u, 0x80000000u);
+    loop {
+        // Take the next node of the group; keep what remains of the group for later.
+        let bit = firstLeadingBit(group.y);
+        let which_inner = group.y & 0xffu;
+        group.y &= ~(1u << bit);
+        if (group.y > 0x00ffffffu) {
+            stack[height] = group;
+            height += 1u;
+        }
+        let slot = (bit - 24u) ^ (ray.octant & 0xffu);
+        let child = group.x + countOneBits(which_inner & ~(0xffffffffu << slot));
+        let word = child * NODE_WORDS;
+        let bits = intersect_node(ray, word, t_min, hit.t);
+        node_visits += 1u;
+        let bases = nodes[word + 1u].xy;
+        group = vec2u(bases.x, (bits & 0xff000000u) | (nodes[word].w >> 24u));
+
+        var leaf_bits = bits & 0x00ffffffu;
+        while (leaf_bits != 0u) {
+            let offset = firstTrailingBit(leaf_bits);
+            leaf_bits &= leaf_bits - 1u;
+            let leaf = bases.y + offset;
+            let at = leaf * 9u;
+            let found = intersect_triangle(
+                origin, direction,
+                vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]),
+                vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]),
+                vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]),
+            );
+            triangle_tests += 1u;
+            if (!found.valid || found.t < t_min || found.t > hit.t) {
+                continue;
+            }
+            let entry = leaf_triangles[leaf];
+            let triangle = entry & LEAF_TRIANGLE;
+            let closer = found.t < hit.t || triangle < hit.triangle;
+            let beyond = found.t > t_min || (triangle > after && after != NO_HIT);
+            if (!closer || !beyond) {
+                continue;
+            }
+            if (HAS_CULLING) {
+                if (found.back && !shadow && (entry & LEAF_CULLED) != 0u) {
+                    continue;
+                }
+            }
+            hit = Hit(found.t, found.u, found.v, triangle, leaf, found.back);
+            if (shadow) {
+                if (HAS_TRANSPARENT_SHADOWS) {
+                    if ((entry & LEAF_TRANSPARENT) != 0u) {
+                        continue;
+                    }
+                }
+                return hit;
+            }
+        }
+
+        if (group.y <= 0x00ffffffu) {
+            if (height == 0u) {
+                break;
+            }
+            height -= 1u;
+            group = stack[height];
+        }
+    }
+    return hit;
+}

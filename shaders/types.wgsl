@@ -1,0 +1,192 @@
+// Structs shared with the host. crates/gpu/types.rs mirrors each; tests/shaders.rs compares the layouts.
+
+// One level of the environment map inside `environment`.
+struct EnvironmentLevel {
+    offset: u32, // of the first texel, in floats
+    width: u32,
+    height: u32,
+    unused: u32,
+}
+
+// What is the same for all invocations of a dispatch.
+struct Frame {
+    camera_position: vec3f,
+    sample_count: u32,
+    camera_right: vec3f, // to the picture's right edge (perspective: at unit distance along forward)
+    max_depth: u32,
+    camera_up: vec3f, // to the picture's upper edge
+    light_count: u32,
+    camera_forward: vec3f,
+    min_weight: f32,
+    ambient: vec3f,
+    triangle_count: u32,
+    background: vec3f,
+    background_kind: u32, // BACKGROUND_*
+    picture_size: vec2f, // of the whole picture, pixels
+    window_origin: vec2u, // of the part that is rendered
+    window_size: vec2u,
+    tile_columns: u32, // 8x8 tiles across the window
+    first_tile: u32, // of this batch
+    tile_count: u32, // of this batch: one workgroup each
+    tile_stride: u32, // coprime to tile_count: workgroup g renders tile first_tile + g * tile_stride mod tile_count
+    slot_count: u32, // 64 * tile_count
+    stack_capacity: u32, // work items a slot
+    step_budget: u32, // node visits and triangle tests an invocation, after which it leaves the rest to the next dispatch
+    vertex_count: u32,
+    color_offset: u32, // where in `attributes` the colours begin, in floats
+    tangent_offset: u32,
+    rotation_cos: f32, // of the environment about +Y
+    rotation_sin: f32,
+    unused_0: u32,
+    unused_1: u32,
+    environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
+}
+
+const BACKGROUND_ENVIRONMENT: u32 = 0u;
+const BACKGROUND_COLOR: u32 = 1u;
+const BACKGROUND_TRANSPARENT: u32 = 2u;
+
+// A triangle as it is shaded. What traversal reads lies apart, in leaf order.
+struct Triangle {
+    vertex_0: u32,
+    vertex_1: u32,
+    vertex_2: u32,
+    material: u32,
+    node: u32,
+}
+
+// Flags that traversal needs, in the upper bits of an entry of `leaf_triangles`.
+const LEAF_CULLED: u32 = 0x80000000u; // radiance rays don't see its back
+const LEAF_TRANSPARENT: u32 = 0x40000000u; // may let light through: blended, masked or transmitting
+const LEAF_TRIANGLE: u32 = 0x3fffffffu;
+
+// A material's use of a texture.
+struct TextureUse {
+    texture: u32, // NO_TEXTURE for none
+    uv_set: u32,
+    row_u: vec3f, // u' = dot(row_u, (u, v, 1))
+    unused_0: u32,
+    row_v: vec3f,
+    unused_1: u32,
+}
+
+const NO_TEXTURE: u32 = 0xffffffffu;
+
+// Which entry of Material.textures is which.
+const BASE_COLOR_TEXTURE: u32 = 0u;
+const METALLIC_ROUGHNESS_TEXTURE: u32 = 1u;
+const NORMAL_TEXTURE: u32 = 2u;
+const OCCLUSION_TEXTURE: u32 = 3u;
+const EMISSIVE_TEXTURE: u32 = 4u;
+const TRANSMISSION_TEXTURE: u32 = 5u;
+const SPECULAR_TEXTURE: u32 = 6u;
+const SPECULAR_COLOR_TEXTURE: u32 = 7u;
+
+struct Material {
+    base_color: vec4f,
+    emissive: vec3f,
+    alpha_cutoff: f32,
+    specular_color: vec3f,
+    specular: f32,
+    metallic: f32,
+    roughness: f32,
+    transmission: f32,
+    ior: f32, // IOR_INFINITE stands for infinity
+    normal_scale: f32,
+    occlusion_strength: f32,
+    flags: u32, // MATERIAL_*
+    medium: u32, // of the solid that it bounds, an index into `media` plus 1; 0 for none
+    whitted_ks: vec3f, // these five hold where the flag of the same name is set
+    whitted_n: f32,
+    whitted_kt: vec3f,
+    whitted_ka: f32,
+    whitted_kd: f32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
+    textures: array<TextureUse, 8>,
+}
+
+const MATERIAL_MASK: u32 = 1u;
+const MATERIAL_BLEND: u32 = 2u;
+const MATERIAL_UNLIT: u32 = 4u;
+const MATERIAL_KA: u32 = 8u;
+const MATERIAL_KD: u32 = 16u;
+const MATERIAL_KS: u32 = 32u;
+const MATERIAL_N: u32 = 64u;
+const MATERIAL_KT: u32 = 128u;
+
+const IOR_INFINITE: f32 = 1e30;
+
+// An image with the way to read it.
+struct Texture {
+    offset: u32, // of the first texel in `texels`
+    width: u32,
+    height: u32,
+    flags: u32, // wrap in u: bits 0-1, in v: bits 2-3, TEXTURE_*
+}
+
+const WRAP_REPEAT: u32 = 0u;
+const WRAP_MIRRORED: u32 = 1u;
+const WRAP_CLAMP: u32 = 2u;
+const TEXTURE_NEAREST: u32 = 16u;
+const TEXTURE_SRGB: u32 = 32u;
+
+struct Light {
+    position: vec3f,
+    kind: u32, // LIGHT_*
+    direction: vec3f, // in which it shines
+    inverse_range: f32, // 0 for no range
+    intensity: vec3f,
+    spot_scale: f32, // 1 / (cos inner - cos outer)
+    spot_cos_outer: f32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
+}
+
+const LIGHT_DIRECTIONAL: u32 = 0u;
+const LIGHT_POINT: u32 = 1u;
+const LIGHT_SPOT: u32 = 2u;
+
+// What fills a solid.
+struct Medium {
+    absorption: vec3f, // sigma, per unit of scene space
+    ior: f32,
+}
+
+// A pixel's progress between dispatches.
+struct Slot {
+    radiance: vec4f, // sum over the samples; alpha in w
+    stack_height: u32, // pending work items
+    next_sample: u32,
+    rays: u32, // traced so far, of all kinds
+    unused: u32,
+}
+
+// What the probe kernel traces, and what it finds.
+struct ProbeRay {
+    origin: vec3f,
+    t_max: f32,
+    direction: vec3f,
+    shadow: u32,
+}
+
+struct ProbeHit {
+    t: f32,
+    u: f32,
+    v: f32,
+    triangle: u32,
+}
+
+// First-hit layers of a pixel.
+struct Aov {
+    position: vec3f,
+    depth: f32, // along the camera's forward axis, scene space; negative for none
+    geometric_normal: vec3f,
+    material: u32,
+    shading_normal: vec3f,
+    node: u32,
+    albedo: vec3f,
+    unused: u32,
+}

@@ -1,0 +1,95 @@
+//! What the tests share: the device, the scenes, and where pictures of failures go.
+#![allow(dead_code, reason = "each test uses a part of it")]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::OnceLock,
+};
+
+use raytree::{Camera, Device, DeviceChoice, Film, Preset, RenderSettings, Rendering, Scene, WriteOptions};
+
+/// The project's root.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The device of this process. `None`, with a line that says so, where the machine has none; a failure where
+/// `RAYTREE_REQUIRE_DEVICE` is set, as it is in CI.
+pub fn device() -> Option<&'static Device> {
+    static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
+    DEVICE
+        .get_or_init(|| {
+            let choice = match std::env::var("RAYTREE_DEVICE") {
+                Ok(name) => DeviceChoice::Name(name),
+                Err(_) => DeviceChoice::default(),
+            };
+            match Device::open(&choice) {
+                Ok(device) => Some(device),
+                Err(error) if std::env::var_os("RAYTREE_REQUIRE_DEVICE").is_some() => panic!("{error}"),
+                Err(error) => {
+                    println!("skipped: {error}");
+                    None
+                }
+            }
+        })
+        .as_ref()
+}
+
+/// A folder of scenes that nobody here wrote, beside the checkout. `None`, with a line that says so, where it is not there.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = root().join("../shared").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is not there", path.display());
+    None
+}
+
+/// Our own scenes, in the order of their names.
+pub fn own_scenes() -> Vec<PathBuf> {
+    let mut scenes: Vec<PathBuf> = fs::read_dir(root().join("assets"))
+        .expect("assets/ is part of the project")
+        .map(|entry| entry.expect("a readable entry").path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "glb" || ending == "gltf"))
+        .collect();
+    scenes.sort();
+    assert!(scenes.len() >= 8, "assets/ has only {} scenes", scenes.len());
+    scenes
+}
+
+/// A file's name without its ending.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Imports a scene that has to be right.
+pub fn import(path: &Path) -> Scene {
+    raytree::import(path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The camera that the scene is meant to be seen by.
+pub fn camera(scene: &Scene) -> Camera {
+    raytree::default_camera(scene)
+}
+
+/// Renders with counters on.
+pub fn render(device: &Device, scene: &Scene, settings: &RenderSettings) -> Rendering {
+    raytree::render(device, scene, Preset::default(), settings, &mut raytree::unobserved)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Where a failing test leaves its pictures.
+pub fn artefact(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
+    fs::create_dir_all(&folder).expect("a writable target folder");
+    folder.join(name)
+}
+
+/// Writes a film for a person to look at, as it is, without tone mapping.
+pub fn write(film: &Film, name: &str) -> PathBuf {
+    let path = artefact(name);
+    let options = WriteOptions { tone: raytree::ToneMap::None, ..WriteOptions::default() };
+    film.write(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+    path
+}
