@@ -13,8 +13,6 @@ struct Hit {
 
 struct TriangleHit {
     t: f32,
-    u: f32,
-    v: f32,
     back: bool,
     valid: bool,
 }
@@ -33,16 +31,41 @@ fn intersect_triangle(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2:
     let highest = max(w0, max(w1, w2));
     let normal = cross(b - a, c - a);
     let slope = dot(normal, direction);
-    let sum = w0 + w1 + w2;
-    var found = TriangleHit(0.0, 0.0, 0.0, slope > 0.0, false);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
-    if ((lowest >= 0.0 || highest <= 0.0) && slope != 0.0 && sum != 0.0) {
-        found.t = dot(normal, a) / slope;
-        found.u = w1 / sum;
-        found.v = w2 / sum;
-        found.valid = true;
+    let valid = (lowest >= 0.0 || highest <= 0.0) && slope != 0.0;
+    return TriangleHit(select(0.0, dot(normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
+}
+
+// Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997). The edge functions above
+// give them too, but badly: they are differences of products with the distance to the origin, which for a triangle of size
+// s at distance d leaves an error of eps (d/s)^2. Here it is eps d/s, and so are the errors of the interpolated normals.
+fn barycentrics(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> vec2f {
+    let e1 = v1 - v0;
+    let e2 = v2 - v0;
+    let p = cross(direction, e2);
+    let determinant = dot(e1, p);
+    if (determinant == 0.0) {
+        return vec2f(0.0);
     }
-    return found;
+    let from_v0 = origin - v0;
+    let u = clamp(dot(from_v0, p) / determinant, 0.0, 1.0);
+    let v = dot(direction, cross(from_v0, e1)) / determinant;
+    return vec2f(u, clamp(v, 0.0, 1.0 - u));
+}
+
+struct Vertices {
+    v0: vec3f,
+    v1: vec3f,
+    v2: vec3f,
+}
+
+fn leaf_positions(leaf: u32) -> Vertices {
+    let at = leaf * 9u;
+    return Vertices(
+        vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]),
+        vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]),
+        vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]),
+    );
 }
 
 // What a ray keeps for its box tests.

@@ -14,8 +14,8 @@ struct WorkItem {
     straight: bool, // reached from the camera by alpha blending alone
     throughput: vec3f,
     media: vec2u,
-    t_min: f32, // hits up to here, and at t_min those up to triangle `after`, are behind the ray
-    after: u32,
+    t_min: f32, // hits up to here, and at t_min of triangles up to `after`, are behind the ray
+    after: u32, // the triangle that the ray leaves or has passed
     light: u32,
     hit: Hit, // of LIGHTS
 }

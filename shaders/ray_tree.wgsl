@@ -94,7 +94,7 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, direction: vec3f, weight
     child.straight = straight;
     child.throughput = throughput;
     child.media = media_;
-    child.after = NO_HIT;
+    child.after = surface.triangle;
     count(kind_counter);
     rays += 1u;
     push(slot, child);
@@ -173,7 +173,7 @@ fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossi
         next.kind = SHADOW;
         next.throughput = added;
         next.t_min = 0.0;
-        next.after = NO_HIT;
+        next.after = surface.triangle;
         count(SHADOW_RAYS);
         rays += 1u;
         return next;
@@ -211,7 +211,7 @@ fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
         next.t_max = max(item.t_max - t, 0.0);
     }
     next.t_min = 0.0;
-    next.after = NO_HIT;
+    next.after = surface.triangle;
     if (!(max_component(next.throughput) > 0.0)) {
         next.kind = LIGHTS;
     }

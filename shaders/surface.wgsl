@@ -1,8 +1,9 @@
 // What a hit knows about the surface: README.md, "The surface at a hit".
 
 struct Surface {
+    triangle: u32,
     position: vec3f,
-    position_error: vec3f, // bound of the error of `position`, for each axis
+    position_error: vec3f, // bound of how far off the triangle's plane `position` and a moved origin are, for each axis
     ng: vec3f, // geometric normal, towards the viewer
     ns: vec3f, // shading normal, dot(ns, wo) > 0
     wo: vec3f, // towards the viewer
@@ -101,18 +102,20 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.back = hit.back;
     surface.wo = -direction;
 
-    let at = hit.leaf * 9u;
-    let v0 = vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]);
-    let v1 = vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]);
-    let v2 = vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]);
+    let positions = leaf_positions(hit.leaf);
+    let v0 = positions.v0;
+    let v1 = positions.v1;
+    let v2 = positions.v2;
     let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), vec3f(1.0 - hit.u - hit.v, hit.u, hit.v));
-    // From the barycentrics rather than along the ray: the error depends on the triangle, not on the distance
-    // (pbrt 4ed, 6.8.5).
-    let p0 = corners.weights.x * v0;
-    let p1 = corners.weights.y * v1;
-    let p2 = corners.weights.z * v2;
-    surface.position = p0 + p1 + p2;
-    surface.position_error = gamma(7.0) * (abs(p0) + abs(p1) + abs(p2));
+    // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
+    // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
+    // than one rounding. Errors of the barycentrics move the point within the plane and don't count.
+    let along_1 = hit.u * (v1 - v0);
+    let along_2 = hit.v * (v2 - v0);
+    surface.triangle = hit.triangle;
+    surface.position = v0 + (along_1 + along_2);
+    // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
+    surface.position_error = gamma(2.0) * abs(surface.position) + gamma(4.0) * (abs(along_1) + abs(along_2));
 
     let facing = select(1.0, -1.0, hit.back);
     let front_ng = normalize_or(cross(v1 - v0, v2 - v0), surface.wo * facing);
@@ -173,9 +176,11 @@ fn cut_out(surface: Surface) -> bool {
 }
 
 // The start of a ray that leaves the surface to the side of `ng` that `direction` points to: the hit point moved along the
-// geometric normal by the bound of its own error (pbrt 4ed, 6.8.6), twice: the triangle test rounds as well.
+// geometric normal by the bound of its own error (pbrt 4ed, 6.8.6). The triangle itself is left out of the ray's traversal
+// (WorkItem.after), so this is for its neighbours. Moving it further than needed is an error too: what a curved mirror or a
+// ball of glass shows is magnified from bounce to bounce.
 fn spawn_origin(surface: Surface, direction: vec3f) -> vec3f {
-    let distance = 2.0 * dot(abs(surface.ng), surface.position_error);
+    let distance = dot(abs(surface.ng), surface.position_error);
     let side = select(-1.0, 1.0, dot(direction, surface.ng) >= 0.0);
     return surface.position + side * distance * surface.ng;
 }

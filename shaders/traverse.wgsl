@@ -6,8 +6,8 @@ var<private> triangle_tests: u32;
 
 const NODE_WORDS: u32 = 5u;
 
-// The closest hit with t in (t_min, t_max), or at t_min with a triangle index above `after`; of hits at equal t the lowest
-// triangle index. A shadow ray ends at the first opaque triangle that it finds, closest or not.
+// The closest hit with t in (t_min, t_max), or at t_min with a triangle index above `after`; never triangle `after` itself,
+// the one that the ray has just left: a plane is met once. Of hits at equal t the lowest triangle index counts. A shadow ray ends at the first opaque triangle that it finds, closest or not.
 fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, shadow: bool) -> Hit {
     var hit = Hit(t_max, 0.0, 0.0, NO_HIT, 0u, false);
     if (frame.triangle_count == 0u) {
@@ -40,13 +40,8 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             let offset = firstTrailingBit(leaf_bits);
             leaf_bits &= leaf_bits - 1u;
             let leaf = bases.y + offset;
-            let at = leaf * 9u;
-            let found = intersect_triangle(
-                origin, direction,
-                vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]),
-                vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]),
-                vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]),
-            );
+            let corners = leaf_positions(leaf);
+            let found = intersect_triangle(origin, direction, corners.v0, corners.v1, corners.v2);
             triangle_tests += 1u;
             if (!found.valid || found.t < t_min || found.t > hit.t) {
                 continue;
@@ -55,7 +50,7 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             let triangle = entry & LEAF_TRIANGLE;
             let closer = found.t < hit.t || triangle < hit.triangle;
             let beyond = found.t > t_min || (triangle > after && after != NO_HIT);
-            if (!closer || !beyond) {
+            if (!closer || !beyond || triangle == after) {
                 continue;
             }
             if (HAS_CULLING) {
@@ -63,7 +58,7 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
                     continue;
                 }
             }
-            hit = Hit(found.t, found.u, found.v, triangle, leaf, found.back);
+            hit = Hit(found.t, 0.0, 0.0, triangle, leaf, found.back);
             if (shadow) {
                 if (HAS_TRANSPARENT_SHADOWS) {
                     if ((entry & LEAF_TRANSPARENT) != 0u) {
@@ -81,6 +76,12 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             height -= 1u;
             group = stack[height];
         }
+    }
+    if (hit.triangle != NO_HIT) {
+        let corners = leaf_positions(hit.leaf);
+        let weights = barycentrics(origin, direction, corners.v0, corners.v1, corners.v2);
+        hit.u = weights.x;
+        hit.v = weights.y;
     }
     return hit;
 }

@@ -33,8 +33,10 @@ impl Outlier {
     }
 }
 
+/// Of the channel that differs most; NaN if any is (`f64::max` would pass over it).
 fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).abs() / b[k].abs().max(1.0)).fold(0.0, f64::max)
+    let channels = [0, 1, 2].map(|k| (a[k] - b[k]).abs() / b[k].abs().max(1.0));
+    channels.into_iter().fold(0.0, |largest, d| if d > largest || d.is_nan() { d } else { largest })
 }
 
 fn outliers(ours: &[[f32; 3]], theirs: &[[f64; 3]], width: u32) -> Vec<Outlier> {
@@ -74,6 +76,9 @@ fn judge(device: &Device, name: &str, scene: &Scene, shading: Shading) -> Vec<St
     let near = 1.0 - found.len() as f64 / f64::from(WIDTH * HEIGHT);
     let mut unexplained = Vec::new();
     for pixel in &found {
+        if std::env::var_os("RAYTREE_VERBOSE").is_some() {
+            println!("  ({}, {}): ours {:.4?}, oracle {:.4?}", pixel.x, pixel.y, pixel.ours, pixel.theirs);
+        }
         if explanation(&oracle, &camera, &oracle_settings, pixel).is_none() {
             let hit = oracle.first_hit(&camera, &oracle_settings, pixel.x, pixel.y);
             let node = hit.map_or("background", |hit| scene.nodes[hit.node as usize].as_str());

@@ -21,6 +21,9 @@ pub(crate) fn culls_backs(material: &Material, shading: Shading) -> bool {
 
 /// What is behind its front faces, if it bounds a solid.
 pub(crate) fn medium(material: &Material, shading: Shading) -> Option<Medium> {
+    if !transmits(material, shading) {
+        return None;
+    }
     let sigma = match material.volume {
         Some(volume) => Rgb::from(volume.attenuation_color.to_array())
             .map(|color| -color.max(LEAST_ATTENUATION).ln() / volume.attenuation_distance),

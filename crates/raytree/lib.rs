@@ -30,7 +30,7 @@ use glam::Vec3;
 pub use raytree_bvh::{Bvh, BvhError, Preset};
 pub use raytree_film::{
     BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format, Limits, Picture, ToneMap,
-    WriteOptions, compare, difference_picture,
+    WriteOptions, compare, difference_picture, srgb_decode,
 };
 pub use raytree_gpu::{
     Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, Progress, ProgramFeatures, Region, RenderError,
@@ -101,12 +101,14 @@ pub fn render(
 }
 
 /// Gives a scene without lights, environment and ambient light the built-in studio: a neutral environment and a key light that
-/// casts shadows. Emissive surfaces do not count as lights: they shine, but light nothing.
-pub fn light_if_dark(scene: &mut Scene) {
+/// casts shadows; whether it did. Emissive surfaces do not count as lights: they shine, but light nothing.
+pub fn light_if_dark(scene: &mut Scene) -> bool {
     let surroundings = &scene.surroundings;
-    if scene.lights.is_empty() && surroundings.environment.is_none() && surroundings.ambient == Vec3::ZERO {
+    let dark = scene.lights.is_empty() && surroundings.environment.is_none() && surroundings.ambient == Vec3::ZERO;
+    if dark {
         add_studio(scene);
     }
+    dark
 }
 
 /// The file's first camera; without one, a view of the whole scene, three-quarter from above.
