@@ -20,15 +20,18 @@ fn environment_texel(level: EnvironmentLevel, x: i32, y: i32) -> vec3f {
     return vec3f(environment[at], environment[at + 1u], environment[at + 2u]);
 }
 
-fn environment_level(index: u32, uv: vec2f) -> vec3f {
+// Bilinear.
+fn environment_level(index: u32, direction: vec3f) -> vec3f {
     let level = frame.environment[index];
-    let corner = uv * vec2f(f32(level.width), f32(level.height)) - 0.5;
+    let corner = environment_uv(direction) * vec2f(f32(level.width), f32(level.height)) - 0.5;
     let weight = corner - floor(corner);
     let x = i32(floor(corner.x));
     let y = i32(floor(corner.y));
-    let upper = mix(environment_texel(level, x, y), environment_texel(level, x + 1, y), weight.x);
-    let lower = mix(environment_texel(level, x, y + 1), environment_texel(level, x + 1, y + 1), weight.x);
-    return mix(upper, lower, weight.y);
+    var sum = vec3f(0.0);
+    for (var tap = 0u; tap < 4u; tap++) {
+        sum += tap_weight(tap, weight) * environment_texel(level, x + i32(tap & 1u), y + i32(tap >> 1u));
+    }
+    return sum;
 }
 
 // Which levels a roughness lies between: index of the lower one, and how far above it.
@@ -37,23 +40,29 @@ fn rough_level(roughness: f32) -> vec2f {
     return vec2f(lower, roughness * ROUGH_LEVELS - lower);
 }
 
-// What a lobe of this roughness gathers around a direction: G in README.md.
-fn gathered_radiance(direction: vec3f, roughness: f32) -> vec3f {
-    var gathered = frame.ambient;
-    if (HAS_ENVIRONMENT) {
-        let uv = environment_uv(direction);
-        let between = rough_level(roughness);
-        let lower = u32(between.x);
-        gathered += mix(environment_level(lower, uv), environment_level(lower + 1u, uv), between.y);
-    }
-    return gathered;
+// Light from all around as a surface gathers it.
+struct Gathered {
+    irradiance: vec3f, // what a white diffuse surface reflects: E in README.md
+    reflected: vec3f, // what a lobe around the reflected direction gathers: G in README.md
+    transmitted: vec3f, // .. around the refracted one
 }
 
-// What a white diffuse surface reflects: E in README.md.
-fn gathered_irradiance(normal: vec3f) -> vec3f {
-    var gathered = frame.ambient;
+// The look-ups that a surface needs: lobes of weight 0 are not looked up. One loop with one call: lavapipe inlines each.
+fn gather(normal: vec3f, reflected: vec3f, transmitted: vec3f, roughness: f32, has_lobe: bool, has_transmitted: bool) -> Gathered {
+    var gathered = Gathered(frame.ambient, frame.ambient, frame.ambient);
     if (HAS_ENVIRONMENT) {
-        gathered += environment_level(IRRADIANCE_LEVEL, environment_uv(normal));
+        let between = rough_level(roughness);
+        let lower = u32(between.x);
+        let look_ups = select(1u, select(3u, 5u, has_transmitted), has_lobe);
+        for (var k = 0u; k < look_ups; k++) {
+            let upper_level = (k & 1u) == 0u;
+            let level = select(select(lower, lower + 1u, upper_level), IRRADIANCE_LEVEL, k == 0u);
+            let found = environment_level(level, select(select(transmitted, reflected, k < 3u), normal, k == 0u));
+            let part = select(1.0 - between.y, between.y, upper_level) * found;
+            gathered.irradiance += select(vec3f(0.0), found, k == 0u);
+            gathered.reflected += select(vec3f(0.0), part, k == 1u || k == 2u);
+            gathered.transmitted += select(vec3f(0.0), part, k > 2u);
+        }
     }
     return gathered;
 }
@@ -63,7 +72,7 @@ fn missed_radiance(direction: vec3f, straight: bool) -> vec3f {
     let plain = select(frame.background, vec3f(0.0), frame.background_kind != BACKGROUND_COLOR);
     if (HAS_ENVIRONMENT) {
         if (!straight || frame.background_kind == BACKGROUND_ENVIRONMENT) {
-            return environment_level(0u, environment_uv(direction));
+            return environment_level(0u, direction);
         }
     }
     return plain;

@@ -10,6 +10,7 @@ override HAS_UNLIT: bool = true;              // KHR_materials_unlit
 override HAS_TEXTURES: bool = true;           // some material samples an image
 override HAS_NORMAL_MAPS: bool = true;        // .. for its shading normal
 override HAS_VERTEX_COLORS: bool = true;      // COLOR_0
+override HAS_BRANCHES: bool = true;         // some surface spawns rays: reflected, transmitted or past alpha
 override HAS_REFLECTION: bool = true;         // some surface spawns reflected rays
 override HAS_TRANSMISSION: bool = true;       // some surface lets light through
 override HAS_SOLIDS: bool = true;             // .. and bounds a solid: rays refract and carry media

@@ -4,8 +4,6 @@ const NO_HIT: u32 = 0xffffffffu;
 
 struct Hit {
     t: f32,
-    u: f32, // weight of vertex 1
-    v: f32, // weight of vertex 2
     triangle: u32, // NO_HIT for none
     leaf: u32, // the same triangle in leaf order
     back: bool, // seen from behind

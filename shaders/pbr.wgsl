@@ -62,13 +62,14 @@ fn pbr_shading(surface: Surface, made: Interface, reflected: vec3f, transmitted:
     let fit = environment_brdf(made.cos_i, surface.roughness);
     let lobe = select(made.f0 * fit.x + made.f90 * fit.y, vec3f(1.0), made.total);
     let refused = mix(lobe, made.fresnel, share);
+    let gathered = gather(surface.ns, reflected, transmitted, surface.roughness, (share < 1.0), (surface.transmission > 0.0));
 
     shading.radiance = surface.emission;
     shading.radiance += surface.occlusion * dielectric * (1.0 - surface.transmission) * (1.0 - max_component(refused))
-        * surface.base * gathered_irradiance(surface.ns);
+        * surface.base * gathered.irradiance;
     if (share < 1.0) {
         let metal = surface.base * fit.x + fit.y;
-        shading.radiance += surface.occlusion * (1.0 - share) * gathered_radiance(reflected, surface.roughness)
+        shading.radiance += surface.occlusion * (1.0 - share) * gathered.reflected
             * (dielectric * lobe + surface.metallic * metal);
     }
     if (HAS_REFLECTION) {
@@ -79,7 +80,7 @@ fn pbr_shading(surface: Surface, made: Interface, reflected: vec3f, transmitted:
             let through = dielectric * surface.transmission * (1.0 - max_component(made.fresnel)) * surface.base;
             shading.transmitted = share * through;
             if (share < 1.0 && surface.transmission > 0.0) {
-                shading.radiance += (1.0 - share) * through * gathered_radiance(transmitted, surface.roughness);
+                shading.radiance += (1.0 - share) * through * gathered.transmitted;
             }
         }
     }

@@ -36,7 +36,7 @@ fn store_item(slot: u32, level: u32, item: WorkItem) {
     ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
     ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
     ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
-    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(select(item.t_min, item.hit.u, is_lights)), bitcast<u32>(item.hit.v));
+    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(item.t_min), 0u);
 }
 
 fn load_item(slot: u32, level: u32) -> WorkItem {
@@ -57,7 +57,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
     if (item.kind == LIGHTS) {
-        item.hit = Hit(0.0, bitcast<f32>(d.z), bitcast<f32>(d.w), leaf_triangles[c.w] & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
+        item.hit = Hit(0.0, leaf_triangles[c.w] & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
     }
     return item;
 }

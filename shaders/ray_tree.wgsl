@@ -66,9 +66,19 @@ fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
     return crossing;
 }
 
+// A ray that a surface would spawn.
+struct Branch {
+    direction: vec3f,
+    weight: vec3f,
+    media: vec2u,
+    overflow: bool, // there is no room for its media
+    straight: bool,
+    counter: u32, // what it counts as
+}
+
 // A new ray of the tree, unless it ends here: README.md, "Where branches end".
-fn spawn(slot: u32, parent: WorkItem, surface: Surface, direction: vec3f, weight: vec3f, media_: vec2u, media_overflow: bool, straight: bool, kind_counter: u32) {
-    let throughput = parent.throughput * weight;
+fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
+    let throughput = parent.throughput * branch.weight;
     let largest = max_component(throughput);
     if (!(largest > 0.0)) {
         return;
@@ -81,38 +91,27 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, direction: vec3f, weight
         count(ENDED_DEPTH);
         return;
     }
-    if (media_overflow || pending >= frame.stack_capacity) {
+    if (branch.overflow || pending >= frame.stack_capacity) {
         count(ENDED_STORAGE);
         return;
     }
     var child: WorkItem;
-    child.origin = spawn_origin(surface, direction);
-    child.direction = direction;
+    child.origin = spawn_origin(surface, branch.direction);
+    child.direction = branch.direction;
     child.t_max = T_MAX;
     child.kind = RADIANCE;
     child.depth = parent.depth + 1u;
-    child.straight = straight;
+    child.straight = branch.straight;
     child.throughput = throughput;
-    child.media = media_;
+    child.media = branch.media;
     child.after = surface.triangle;
-    count(kind_counter);
+    count(branch.counter);
     rays += 1u;
     push(slot, child);
 }
 
 // The surface's own radiance, and the rays that it spawns.
 fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
-    if (HAS_BLEND) {
-        if (surface.alpha < 1.0) {
-            spawn(slot, item, surface, item.direction, vec3f(1.0 - surface.alpha), item.media, false, item.straight, REFRACTION_RAYS);
-        }
-    }
-    if (HAS_UNLIT) {
-        if ((surface.flags & MATERIAL_UNLIT) != 0u) {
-            radiance += vec4f(item.throughput * surface.alpha * surface.base, 0.0);
-            return;
-        }
-    }
     let made = crossing.made;
     let reflected = reflected_direction(surface, made.cos_i);
     var transmitted = item.direction;
@@ -127,12 +126,30 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
     } else {
         shading = pbr_shading(surface, made, reflected, transmitted);
     }
-    radiance += vec4f(item.throughput * surface.alpha * shading.radiance, 0.0);
-    if (HAS_TRANSMISSION) {
-        spawn(slot, item, surface, transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS);
+    if (HAS_UNLIT) {
+        if ((surface.flags & MATERIAL_UNLIT) != 0u) {
+            shading = Shading(surface.base, vec3f(0.0), vec3f(0.0));
+        }
     }
-    if (HAS_REFLECTION) {
-        spawn(slot, item, surface, reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS);
+    radiance += vec4f(item.throughput * surface.alpha * shading.radiance, 0.0);
+
+    if (HAS_BRANCHES) {
+        // One loop with one call of `spawn`. Last pushed, first traced: the reflected ray.
+        for (var k = 0u; k < 3u; k++) {
+            let past = select(0.0, 1.0 - surface.alpha, k == 0u);
+            var branch = Branch(item.direction, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS);
+            if (HAS_TRANSMISSION) {
+                if (k == 1u) {
+                    branch = Branch(transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS);
+                }
+            }
+            if (HAS_REFLECTION) {
+                if (k == 2u) {
+                    branch = Branch(reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS);
+                }
+            }
+            spawn(slot, item, surface, branch);
+        }
     }
 }
 
@@ -261,7 +278,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 }
             }
         }
-        let surface = surface_at(hit, item.direction);
+        let surface = surface_at(hit, item.origin, item.direction);
         if (item.kind != LIGHTS) {
             if (HAS_MASK) {
                 if (cut_out(surface)) {

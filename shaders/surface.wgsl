@@ -91,8 +91,8 @@ fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) ->
     return normalize_or(slope.x * tangent + slope.y * bitangent + slope.z * normal, normal);
 }
 
-// Everything about the surface that `hit` names, for a ray that came along `direction`.
-fn surface_at(hit: Hit, direction: vec3f) -> Surface {
+// Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
+fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     var surface: Surface;
     let triangle = triangles[hit.triangle];
     let index = triangle.material;
@@ -106,12 +106,13 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     let v0 = positions.v0;
     let v1 = positions.v1;
     let v2 = positions.v2;
-    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), vec3f(1.0 - hit.u - hit.v, hit.u, hit.v));
+    let uv = barycentrics(origin, direction, v0, v1, v2);
+    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), vec3f(1.0 - uv.x - uv.y, uv.x, uv.y));
     // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
     // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
     // than one rounding. Errors of the barycentrics move the point within the plane and don't count.
-    let along_1 = hit.u * (v1 - v0);
-    let along_2 = hit.v * (v2 - v0);
+    let along_1 = uv.x * (v1 - v0);
+    let along_2 = uv.y * (v2 - v0);
     surface.triangle = hit.triangle;
     surface.position = v0 + (along_1 + along_2);
     // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.

@@ -23,6 +23,11 @@ fn texel(texture: Texture, x: i32, y: i32) -> vec4f {
     return vec4f(bitcast<f32>(texels[code.x]), bitcast<f32>(texels[code.y]), bitcast<f32>(texels[code.z]), plain.w);
 }
 
+// Bilinear weight of the tap at (tap & 1, tap >> 1).
+fn tap_weight(tap: u32, weight: vec2f) -> f32 {
+    return select(1.0 - weight.x, weight.x, (tap & 1u) != 0u) * select(1.0 - weight.y, weight.y, tap > 1u);
+}
+
 // Coordinates that no image needs are kept from overflowing an i32.
 fn texel_coordinate(x: f32) -> i32 {
     return i32(clamp(floor(x), -1e9, 1e9));
@@ -31,14 +36,14 @@ fn texel_coordinate(x: f32) -> i32 {
 fn sample_texture(index: u32, uv: vec2f) -> vec4f {
     let texture = textures[index];
     let place = uv * vec2f(f32(texture.width), f32(texture.height));
-    if ((texture.flags & TEXTURE_NEAREST) != 0u) {
-        return texel(texture, texel_coordinate(place.x), texel_coordinate(place.y));
-    }
-    let corner = place - 0.5;
+    let nearest = (texture.flags & TEXTURE_NEAREST) != 0u;
+    let corner = select(place - 0.5, place, nearest);
     let x = texel_coordinate(corner.x);
     let y = texel_coordinate(corner.y);
-    let weight = corner - floor(corner);
-    let upper = mix(texel(texture, x, y), texel(texture, x + 1, y), weight.x);
-    let lower = mix(texel(texture, x, y + 1), texel(texture, x + 1, y + 1), weight.x);
-    return mix(upper, lower, weight.y);
+    let weight = select(corner - floor(corner), vec2f(0.0), nearest);
+    var sum = vec4f(0.0);
+    for (var tap = 0u; tap < select(4u, 1u, nearest); tap++) {
+        sum += tap_weight(tap, weight) * texel(texture, x + i32(tap & 1u), y + i32(tap >> 1u));
+    }
+    return sum;
 }

@@ -9,7 +9,7 @@ const NODE_WORDS: u32 = 5u;
 // The closest hit with t in (t_min, t_max), or at t_min with a triangle index above `after`; never triangle `after` itself,
 // the one that the ray has just left: a plane is met once. Of hits at equal t the lowest triangle index counts. A shadow ray ends at the first opaque triangle that it finds, closest or not.
 fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, shadow: bool) -> Hit {
-    var hit = Hit(t_max, 0.0, 0.0, NO_HIT, 0u, false);
+    var hit = Hit(t_max, NO_HIT, 0u, false);
     if (frame.triangle_count == 0u) {
         return hit;
     }
@@ -58,7 +58,7 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
                     continue;
                 }
             }
-            hit = Hit(found.t, 0.0, 0.0, triangle, leaf, found.back);
+            hit = Hit(found.t, triangle, leaf, found.back);
             if (shadow) {
                 if (HAS_TRANSPARENT_SHADOWS) {
                     if ((entry & LEAF_TRANSPARENT) != 0u) {
@@ -76,12 +76,6 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             height -= 1u;
             group = stack[height];
         }
-    }
-    if (hit.triangle != NO_HIT) {
-        let corners = leaf_positions(hit.leaf);
-        let weights = barycentrics(origin, direction, corners.v0, corners.v1, corners.v2);
-        hit.u = weights.x;
-        hit.v = weights.y;
     }
     return hit;
 }

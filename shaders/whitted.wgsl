@@ -59,7 +59,7 @@ fn whitted_direct(surface: Surface, wi: vec3f) -> vec3f {
 fn whitted_shading(surface: Surface, made: Interface) -> Shading {
     var shading: Shading;
     let k = whitted_coefficients(surface);
-    shading.radiance = surface.emission + k.ka * surface.occlusion * surface.base * gathered_irradiance(surface.ns);
+    shading.radiance = surface.emission + k.ka * surface.occlusion * surface.base * gather(surface.ns, surface.ns, surface.ns, 0.0, false, false).irradiance;
     shading.reflected = k.ks;
     if (HAS_TRANSMISSION) {
         if (made.total) {

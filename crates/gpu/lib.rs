@@ -3,10 +3,14 @@
 //!
 //! Everything up to [`Device`] works without one: [`assemble`] gives a specialised naga module, [`GpuScene`] the bytes.
 
+#[cfg(test)]
+mod agreement;
 mod batch;
 mod device;
 mod error;
+mod pass;
 mod pipeline;
+mod probe;
 mod program;
 mod render;
 mod settings;
@@ -20,6 +24,7 @@ pub mod types;
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;
 pub use pipeline::{Binding, bindings_of};
+pub use probe::probe;
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
 pub use render::{Progress, RenderTimes, Rendered, render, render_with};
 pub use settings::{Region, RenderSettings, Shading};

@@ -68,6 +68,7 @@ features! {
     Textures "HAS_TEXTURES" "textures",
     NormalMaps "HAS_NORMAL_MAPS" "normal maps",
     VertexColors "HAS_VERTEX_COLORS" "vertex colours",
+    Branches "HAS_BRANCHES" "ray trees",
     Reflection "HAS_REFLECTION" "reflected rays",
     Transmission "HAS_TRANSMISSION" "transmitted rays",
     Solids "HAS_SOLIDS" "refraction in solids",
@@ -96,7 +97,8 @@ impl ProgramFeatures {
     pub fn of(scene: &SceneFeatures, settings: &RenderSettings) -> Self {
         let whitted = settings.shading == Shading::Whitted;
         let transmission = scene.transmission || (whitted && scene.whitted_transmission);
-        let deep = settings.max_depth > 0;
+        // At depth 0 branches are spawned only to be counted as ended.
+        let reflection = (whitted || scene.mirrors) && (settings.max_depth > 0 || settings.counters);
         Self::default()
             .with(Feature::Orthographic, matches!(settings.camera.projection, Projection::Orthographic { .. }))
             .with(Feature::Culling, scene.culling)
@@ -106,9 +108,9 @@ impl ProgramFeatures {
             .with(Feature::Textures, scene.textures)
             .with(Feature::NormalMaps, scene.normal_maps)
             .with(Feature::VertexColors, scene.vertex_colors)
-            // Eq. 14.32 reflects at every surface with ks above zero, however rough. At depth 0 the branches are still
-            // spawned, to be counted as ended.
-            .with(Feature::Reflection, (whitted || scene.mirrors) && (deep || settings.counters))
+            .with(Feature::Branches, reflection || transmission || scene.blend)
+            // Eq. 14.32 reflects at every surface with ks above zero, however rough.
+            .with(Feature::Reflection, reflection)
             .with(Feature::Transmission, transmission)
             .with(Feature::Solids, scene.solids || (whitted && scene.whitted_transmission))
             .with(Feature::Absorption, scene.absorption)

@@ -9,14 +9,13 @@ use raytree_scene::{
     features::SceneFeatures,
     model::{Background, Camera, Projection, Scene},
 };
-use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor};
 
 use crate::{
     batch::{Batch, TILE_PIXELS, Tiling},
     device::Device,
     error::RenderError,
-    pipeline::{Buffers, Pipeline, read_back},
-    program::{Kernel, ProgramFeatures, assemble},
+    pass::{ITEM_BYTES, Pass, Work},
+    program::{Kernel, ProgramFeatures},
     settings::RenderSettings,
     source::Limits,
     statistics::{COUNTERS, Counters},
@@ -31,9 +30,8 @@ const STEP_BUDGET: u32 = 4096;
 /// What the ray stacks of a batch may take.
 const STACK_BYTES: u64 = 64 << 20;
 
-/// A work item on the ray stack, and how many a slot needs beyond those that a tree leaves pending: one for lights still to
-/// be summed up, one for the ray that a dispatch ends at.
-const ITEM_BYTES: u64 = 64;
+/// Work items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the
+/// ray that a dispatch ends at.
 const EXTRA_ITEMS: u32 = 2;
 
 /// How far a render is.
@@ -101,7 +99,7 @@ pub fn render_with(
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let pass = Pass::new(device, Kernel::Render, features, limits, &gpu_scene, &plan)?;
+    let pass = Pass::new(device, Kernel::Render, features, limits, &gpu_scene, &plan.work())?;
     let mut times = RenderTimes { program: started.elapsed(), ..RenderTimes::default() };
 
     let started = Instant::now();
@@ -117,7 +115,7 @@ pub fn render_with(
     for &batch in &plan.batches {
         dispatches += pass.run(device, &plan, batch, &mut counters, observer)?;
         let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Slot>() as u64;
-        let bytes = read_back(device, pass.buffers.get("slots"), size)?;
+        let bytes = pass.read(device, "slots", size)?;
         plan.develop(batch, cast_slice(&bytes), &mut film, &mut rays);
     }
     times.render = started.elapsed();
@@ -195,8 +193,9 @@ impl Plan {
         Self { frame, tiling, batches, stack_items, samples }
     }
 
-    fn largest_batch(&self) -> u32 {
-        self.batches.iter().map(|batch| batch.tile_count).max().unwrap_or(0)
+    fn work(&self) -> Work<'_> {
+        let tiles = self.batches.iter().map(|batch| batch.tile_count).max().unwrap_or(0);
+        Work { slots: tiles * TILE_PIXELS, stack_items: self.stack_items, samples: &self.samples }
     }
 
     fn frame_of(&self, batch: Batch) -> Frame {
@@ -246,63 +245,14 @@ fn set_camera(frame: &mut Frame, camera: &Camera, settings: &RenderSettings) {
     frame.camera_forward = camera.forward.as_vec3().to_array();
 }
 
-/// A kernel with its buffers.
-struct Pass {
-    pipeline: Pipeline,
-    buffers: Buffers,
-    groups: Vec<BindGroup>,
-}
-
 impl Pass {
-    fn new(
-        device: &Device,
-        kernel: Kernel,
-        features: ProgramFeatures,
-        limits: Limits,
-        gpu_scene: &GpuScene,
-        plan: &Plan,
-    ) -> Result<Self, RenderError> {
-        let module = assemble(kernel, features, limits)?;
-        let pipeline = Pipeline::new(device, kernel, module)?;
-        let slots = u64::from(plan.largest_batch() * TILE_PIXELS);
-        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let mut buffers = Buffers::default();
-        for binding in pipeline.bindings() {
-            let name = binding.name.as_str();
-            match name {
-                "frame" => buffers.reserve(device, name, size_of::<Frame>() as u64, BufferUsages::UNIFORM)?,
-                "samples" => buffers.upload(device, name, cast_slice(&plan.samples))?,
-                "slots" => buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?,
-                "ray_stack" => {
-                    let size = slots * u64::from(plan.stack_items) * ITEM_BYTES;
-                    buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
-                }
-                "counters" => buffers.reserve(device, name, 4 * COUNTERS as u64, readable)?,
-                "aovs" => buffers.reserve(device, name, slots * size_of::<Aov>() as u64, readable)?,
-                _ => {
-                    let bytes = gpu_scene.bytes(name).unwrap_or_default();
-                    buffers.upload(device, name, bytes)?;
-                }
-            }
-        }
-        let groups = pipeline.bind(device, &buffers);
-        device.check()?;
-        Ok(Self { pipeline, buffers, groups })
-    }
-
     /// A dispatch without samples: drivers that compile at the first dispatch do it here.
     fn warm_up(&self, device: &Device, plan: &Plan) -> Result<(), RenderError> {
         let batch = Batch { first_tile: 0, tile_count: 1, stride: 1 };
         let frame = Frame { sample_count: 0, ..plan.frame_of(batch) };
-        device.queue.write_buffer(self.buffers.get("frame"), 0, bytes_of(&frame));
+        self.write(device, "frame", bytes_of(&frame));
         self.submit(device, 1);
         Ok(device.wait()?)
-    }
-
-    fn submit(&self, device: &Device, workgroups: u32) {
-        let mut encoder = device.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        self.pipeline.dispatch(&mut encoder, &self.groups, workgroups);
-        device.queue.submit([encoder.finish()]);
     }
 
     /// Dispatches until the batch is finished; how often that was.
@@ -315,14 +265,14 @@ impl Pass {
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<u32, RenderError> {
         let slots = batch.tile_count * TILE_PIXELS;
-        device.queue.write_buffer(self.buffers.get("frame"), 0, bytes_of(&plan.frame_of(batch)));
+        self.write(device, "frame", bytes_of(&plan.frame_of(batch)));
         let blank = vec![0_u8; slots as usize * size_of::<Slot>()];
-        device.queue.write_buffer(self.buffers.get("slots"), 0, &blank);
+        self.write(device, "slots", &blank);
         let mut dispatches = 0;
         loop {
-            device.queue.write_buffer(self.buffers.get("counters"), 0, cast_slice(&[0_u32; COUNTERS]));
+            self.write(device, "counters", cast_slice(&[0_u32; COUNTERS]));
             self.submit(device, batch.tile_count);
-            let bytes = read_back(device, self.buffers.get("counters"), 4 * COUNTERS as u64)?;
+            let bytes = self.read(device, "counters", 4 * COUNTERS as u64)?;
             let unfinished = counters.add(cast_slice(&bytes));
             dispatches += 1;
             let tiles_before = f64::from(batch.first_tile);
@@ -348,14 +298,14 @@ fn render_aovs(
     rays: Vec<u32>,
     features: ProgramFeatures,
 ) -> Result<Aovs, RenderError> {
-    let pass = Pass::new(device, Kernel::Aov, features, limits, gpu_scene, plan)?;
+    let pass = Pass::new(device, Kernel::Aov, features, limits, gpu_scene, &plan.work())?;
     let mut aovs = Aovs::missed(rays.len());
     aovs.rays = rays;
     for &batch in &plan.batches {
-        device.queue.write_buffer(pass.buffers.get("frame"), 0, bytes_of(&plan.frame_of(batch)));
+        pass.write(device, "frame", bytes_of(&plan.frame_of(batch)));
         pass.submit(device, batch.tile_count);
         let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Aov>() as u64;
-        let bytes = read_back(device, pass.buffers.get("aovs"), size)?;
+        let bytes = pass.read(device, "aovs", size)?;
         let layers: &[Aov] = cast_slice(&bytes);
         for (layer, slot) in layers.iter().zip(0_u32..) {
             if let Some(pixel) = plan.tiling.pixel_of_slot(batch, slot) {

@@ -19,7 +19,7 @@ fn aov(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index)
         if (hit.triangle == NO_HIT) {
             break;
         }
-        let surface = surface_at(hit, ray.direction);
+        let surface = surface_at(hit, ray.origin, ray.direction);
         if (!cut_out(surface)) {
             layers.position = surface.position;
             layers.depth = dot(surface.position - frame.camera_position, frame.camera_forward);

@@ -1,6 +1,9 @@
 //! What the tests share: the device, the scenes, and where pictures of failures go.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+pub mod random;
+pub mod scenes;
+
 use std::{
     fs,
     path::{Path, PathBuf},

@@ -1,0 +1,117 @@
+//! What the benches share: scenes, the device, and the check that what was timed is right.
+#![allow(dead_code, reason = "each bench uses a part of it")]
+
+pub mod cpu_time;
+
+use std::{path::Path, time::Duration};
+
+use criterion::{Criterion, SamplingMode, measurement::Measurement};
+use raytree::{Device, DeviceChoice, Film, RenderSettings, Scene};
+use raytree_oracle::{Oracle, Settings};
+
+/// Imports a scene of ours by its file's name.
+pub fn scene(file: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets")
+        .join(file);
+    let mut scene = raytree::import(&path).unwrap_or_else(|error| panic!("{error}"));
+    raytree::light_if_dark(&mut scene);
+    scene
+}
+
+/// A file's name without its ending: what a bench is called by.
+pub fn stem(file: &str) -> &str {
+    file.split('.').next().unwrap_or(file)
+}
+
+/// The device, which is the CPU's unless `RAYTREE_DEVICE` names another. Numbers of different drivers can't be compared, so
+/// it says which it is.
+pub fn device() -> Device {
+    let choice = std::env::var("RAYTREE_DEVICE")
+        .map_or_else(|_| DeviceChoice::default(), DeviceChoice::Name);
+    let device = Device::open(&choice).unwrap_or_else(|error| panic!("{error}"));
+    println!("device: {} ({})", device.info().name, device.info().driver);
+    device
+}
+
+/// Few samples of equal size: a bench of a tenth of a second each would else take minutes.
+pub fn group<'c, M: Measurement>(
+    criterion: &'c mut Criterion<M>,
+    name: &str,
+    seconds: u64,
+) -> criterion::BenchmarkGroup<'c, M> {
+    let mut group = criterion.benchmark_group(name);
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(seconds));
+    group
+}
+
+/// The oracle's colours at some pixels of a picture: fast wrong pictures must not count.
+pub struct Expected {
+    pixels: Vec<(usize, [f64; 3])>,
+    count: usize,
+}
+
+/// Pixels between those checked: 7 by 7 checks in 256 x 192.
+const STEP: u32 = 32;
+
+/// Of radiance 1, as in `tests/oracle.rs`.
+const TOLERANCE: f64 = 1e-3;
+
+/// Share of the checked pixels that may lie on an edge, where f32 and f64 fall to different sides.
+const EDGE_SHARE: f64 = 0.05;
+
+impl Expected {
+    /// Asks the oracle.
+    pub fn new(scene: &Scene, settings: &RenderSettings) -> Self {
+        let oracle = Oracle::new(scene);
+        let (width, height) = (settings.width, settings.height);
+        let wanted = Settings {
+            max_depth: settings.max_depth,
+            ..Settings::new(width, height)
+        };
+        let places = (STEP / 2..height).step_by(STEP as usize).flat_map(|y| {
+            let across = (STEP / 2..width).step_by(STEP as usize);
+            across.map(move |x| (x, y))
+        });
+        let pixels = places
+            .map(|(x, y)| {
+                (
+                    (y * width + x) as usize,
+                    oracle.radiance(&settings.camera, &wanted, x, y),
+                )
+            })
+            .collect();
+        Self {
+            pixels,
+            count: (width * height) as usize,
+        }
+    }
+
+    /// # Panics
+    /// If the film is another picture.
+    pub fn check(&self, film: &Film) {
+        assert_eq!(film.radiance.len(), self.count);
+        let near = |(index, expected): &&(usize, [f64; 3])| {
+            let channels = film.radiance[*index].iter().zip(expected);
+            channels
+                .into_iter()
+                .all(|(a, b)| (f64::from(*a) - b).abs() <= TOLERANCE * b.abs().max(1.0))
+        };
+        let right = self.pixels.iter().filter(near).count();
+        let least = (1.0 - EDGE_SHARE) * self.pixels.len() as f64;
+        assert!(
+            right as f64 >= least,
+            "the picture is wrong: only {right} of {} pixels are as the oracle has them",
+            self.pixels.len()
+        );
+        assert!(
+            self.pixels
+                .iter()
+                .any(|(_, color)| color.iter().any(|c| *c > 0.05)),
+            "nothing is lit where it is checked"
+        );
+    }
+}

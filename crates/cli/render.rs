@@ -1,0 +1,129 @@
+//! `raytree render`: import, light, choose the view, render, write, report.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use raytree::{Device, RenderError, RenderSettings, Scene};
+
+use crate::args::RenderArgs;
+use crate::cancel;
+use crate::console::{Console, print_json};
+use crate::failure::Interrupted;
+use crate::lighting;
+use crate::outputs::{Outputs, write_options};
+use crate::progress::Progress;
+use crate::report::{Contents, Report, Times};
+use crate::summary;
+use crate::values;
+use crate::view;
+
+/// All that needs no device is checked before one is opened.
+pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let outputs = Outputs::plan(args)?;
+    cancel::watch()?;
+
+    let progress = Progress::new(console.shows_progress());
+    progress.stage("importing");
+    let (prepared, import) = timed(|| prepare(args, &outputs));
+    let Prepared {
+        scene,
+        contents,
+        studio,
+        settings,
+    } = prepared?;
+    progress.aside(|| console.warn(&scene.warnings));
+    cancel::check()?;
+
+    progress.stage("preparing");
+    let device = Device::open(&values::device(&args.quality.device))?;
+    let mut observer = |state: raytree::Progress| {
+        progress.rendered(state.finished);
+        if cancel::requested() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let preset = args.quality.bvh.into();
+    let rendering = raytree::render(&device, &scene, preset, &settings, &mut observer)
+        .map_err(as_interruption)?;
+
+    progress.stage("writing");
+    let options = write_options(&args.output, scene.surroundings.background);
+    let (written, write) = timed(|| outputs.write(&rendering.film, &options));
+    written?;
+    drop(progress);
+
+    let times = Times {
+        import,
+        write,
+        total: started.elapsed(),
+    };
+    let report = Report {
+        args,
+        contents,
+        warnings: &scene.warnings,
+        surroundings: &scene.surroundings,
+        frame: scene.frame,
+        studio,
+        device: device.info(),
+        settings: &settings,
+        rendering: &rendering,
+        outputs: outputs.paths(),
+        times,
+    };
+    if args.json {
+        print_json(&report.json())?;
+    }
+    console.say(summary::line(&report));
+    if console.is_verbose() {
+        console.say(summary::details(&report));
+    }
+    Ok(())
+}
+
+/// Everything that is known before a device is needed.
+struct Prepared {
+    scene: Scene,
+    contents: Contents,
+    studio: bool,
+    settings: RenderSettings,
+}
+
+fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
+    let mut scene = raytree::import(&args.scene)?;
+    let contents = Contents::of(&scene);
+    let chosen = view::choose(&args.view, &scene)?;
+    let studio = lighting::apply(&args.lighting, &mut scene)?;
+    let quality = &args.quality;
+    let settings = RenderSettings {
+        samples: quality.spp,
+        max_depth: quality.depth,
+        min_weight: quality.min_weight as f32,
+        shading: quality.shading.into(),
+        aovs: outputs.want_layers(),
+        counters: args.counters,
+        batch_pixels: quality.batch.unwrap_or(chosen.batch_pixels),
+        ..chosen
+    };
+    Ok(Prepared {
+        scene,
+        contents,
+        studio,
+        settings,
+    })
+}
+
+/// Only a signal makes the observer say stop.
+fn as_interruption(error: RenderError) -> anyhow::Error {
+    match error {
+        RenderError::Cancelled => Interrupted.into(),
+        error => error.into(),
+    }
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let started = Instant::now();
+    (work(), started.elapsed())
+}

@@ -1,0 +1,126 @@
+//! A finished render in words, for people.
+
+use std::fmt::Write;
+use std::time::Duration;
+
+use crate::report::Report;
+
+/// What was written, and in what time.
+pub fn line(report: &Report<'_>) -> String {
+    let names: Vec<String> = report
+        .outputs
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let film = &report.rendering.film;
+    let samples = match report.settings.samples {
+        1 => "1 sample a pixel".to_owned(),
+        n => format!("{n} samples a pixel"),
+    };
+    let (width, height) = (film.width, film.height);
+    format!(
+        "{}: {width}x{height}, {samples}, {}",
+        names.join(", "),
+        readable(report.times.total)
+    )
+}
+
+/// Where the time went, what the program had, what it counted.
+pub fn details(report: &Report<'_>) -> String {
+    let mut text = String::new();
+    let mut row = |name: &str, value: &str| {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "  {name:<9} {value}");
+    };
+    let (contents, rendering) = (report.contents, report.rendering);
+    let what = [
+        (contents.triangles, "triangles"),
+        (contents.materials, "materials"),
+        (contents.textures, "textures"),
+        (contents.lights, "lights"),
+    ]
+    .map(|(count, name)| format!("{count} {name}"))
+    .join(", ");
+    row("scene", &what);
+    row(
+        "light",
+        if report.studio {
+            "the built-in studio"
+        } else {
+            "as the scene and the command line say"
+        },
+    );
+    row("camera", &report.settings.camera.name);
+    row(
+        "device",
+        &format!("{} ({})", report.device.name, report.device.driver),
+    );
+
+    let (used, left_out) = rendering.features.labels();
+    row("used", &list(&used));
+    row("left out", &list(&left_out));
+
+    let dispatches = match rendering.dispatches {
+        1 => "in one dispatch".to_owned(),
+        n => format!("in {n} dispatches"),
+    };
+    let times = [
+        ("import", report.times.import, ""),
+        ("bvh", rendering.bvh_time, ""),
+        ("program", rendering.times.program, ""),
+        ("compile", rendering.times.compile, ""),
+        ("render", rendering.times.render, dispatches.as_str()),
+        ("write", report.times.write, ""),
+        ("total", report.times.total, ""),
+    ];
+    for (name, time, note) in times {
+        let milliseconds = time.as_secs_f64() * 1e3;
+        row(name, format!("{milliseconds:9.1} ms  {note}").trim_end());
+    }
+    if let Some(counters) = &rendering.counters {
+        let (rays, ended) = (&counters.rays, &counters.ended);
+        let all = rays.primary + rays.shadow + rays.reflection + rays.refraction;
+        let rate = all as f64 / 1e6 / rendering.times.render.as_secs_f64().max(1e-9);
+        row("rays", &format!("{all} ({rate:.2} million a second)"));
+        row(
+            "",
+            &format!(
+                "primary {}, shadow {}, reflection {}, refraction {}",
+                rays.primary, rays.shadow, rays.reflection, rays.refraction
+            ),
+        );
+        row(
+            "work",
+            &format!(
+                "{} node visits, {} triangle tests",
+                counters.node_visits, counters.triangle_tests
+            ),
+        );
+        row(
+            "ended",
+            &format!(
+                "miss {}, depth {}, weight {}, storage {}",
+                ended.miss, ended.depth, ended.weight, ended.storage
+            ),
+        );
+    }
+    text.truncate(text.trim_end().len());
+    text
+}
+
+fn list(labels: &[&str]) -> String {
+    if labels.is_empty() {
+        "nothing".to_owned()
+    } else {
+        labels.join(", ")
+    }
+}
+
+fn readable(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match seconds {
+        ..1.0 => format!("{:.0} ms", seconds * 1e3),
+        ..100.0 => format!("{seconds:.2} s"),
+        _ => format!("{} min {:.0} s", time.as_secs() / 60, seconds % 60.0),
+    }
+}

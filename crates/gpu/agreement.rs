@@ -1,0 +1,59 @@
+//! Numbers that host and shaders have to agree on and that only this crate can see. The others: `tests/shaders.rs`.
+
+use naga::{Expression, Literal, Module};
+
+use crate::{
+    batch::TILE_PIXELS,
+    pass::ITEM_BYTES,
+    source::{self, Limits},
+    statistics::{COUNTERS, Counters},
+};
+
+fn shaders() -> Module {
+    source::parse(Limits::for_depth(32)).unwrap()
+}
+
+fn constant(module: &Module, name: &str) -> u32 {
+    let mut constants = module.constants.iter();
+    let (_, constant) = constants.find(|(_, constant)| constant.name.as_deref() == Some(name)).unwrap();
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::U32(value)) => value,
+        ref other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_work_item_has_as_many_bytes() {
+    assert_eq!(u64::from(constant(&shaders(), "ITEM_WORDS")) * 16, ITEM_BYTES);
+}
+
+#[test]
+fn a_workgroup_is_a_tile() {
+    for entry in shaders().entry_points {
+        assert_eq!(entry.workgroup_size, [TILE_PIXELS, 1, 1], "{}", entry.name);
+    }
+}
+
+#[test]
+fn counters_come_in_the_same_order() {
+    let module = shaders();
+    assert_eq!(constant(&module, "COUNTERS") as usize, COUNTERS);
+    let words: Vec<u32> = (0..COUNTERS as u32).collect();
+    let mut counted = Counters::default();
+    assert_eq!(counted.add(&words), constant(&module, "UNFINISHED_SLOTS"));
+    let Counters { rays, node_visits, triangle_tests, ended } = counted;
+    for (total, name) in [
+        (rays.primary, "PRIMARY_RAYS"),
+        (rays.shadow, "SHADOW_RAYS"),
+        (rays.reflection, "REFLECTION_RAYS"),
+        (rays.refraction, "REFRACTION_RAYS"),
+        (node_visits, "NODE_VISITS"),
+        (triangle_tests, "TRIANGLE_TESTS"),
+        (ended.miss, "ENDED_MISS"),
+        (ended.depth, "ENDED_DEPTH"),
+        (ended.weight, "ENDED_WEIGHT"),
+        (ended.storage, "ENDED_STORAGE"),
+    ] {
+        assert_eq!(total, u64::from(constant(&module, name)), "{name}");
+    }
+}

@@ -1,0 +1,15 @@
+//! The program as its users meet it: what it prints, what it writes, how it ends.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+#[macro_use]
+mod harness;
+
+mod compare;
+mod errors;
+mod inspect;
+mod render;
+mod repeat;
+mod signals;
+mod view;
