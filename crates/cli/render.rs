@@ -93,6 +93,7 @@ struct Prepared {
 
 fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
     let mut scene = raytree::import(&args.scene)?;
+    outputs.spare(&scene.files)?;
     let contents = Contents::of(&scene);
     let chosen = view::choose(&args.view, &scene)?;
     let studio = lighting::apply(&args.lighting, &mut scene)?;

@@ -100,10 +100,13 @@ pub fn render_with(
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
     let pass = Pass::new(device, Kernel::Render, features, limits, &gpu_scene, &plan.work())?;
+    let layers = settings.aovs.then(|| Pass::new(device, Kernel::Aov, features, limits, &gpu_scene, &plan.work())).transpose()?;
     let mut times = RenderTimes { program: started.elapsed(), ..RenderTimes::default() };
 
     let started = Instant::now();
-    pass.warm_up(device, &plan)?;
+    for pass in std::iter::once(&pass).chain(&layers) {
+        pass.warm_up(device, &plan)?;
+    }
     times.compile = started.elapsed();
 
     let started = Instant::now();
@@ -120,9 +123,9 @@ pub fn render_with(
     }
     times.render = started.elapsed();
 
-    if settings.aovs {
+    if let Some(pass) = &layers {
         let started = Instant::now();
-        film.aovs = Some(render_aovs(device, scene, &gpu_scene, limits, &plan, rays, features)?);
+        film.aovs = Some(render_aovs(device, scene, pass, &plan, rays)?);
         times.render += started.elapsed();
     }
     let counters = settings.counters.then_some(counters);
@@ -289,16 +292,7 @@ impl Pass {
 }
 
 /// The first-hit layers, by a program of their own: a picture without them does not carry their code.
-fn render_aovs(
-    device: &Device,
-    scene: &Scene,
-    gpu_scene: &GpuScene,
-    limits: Limits,
-    plan: &Plan,
-    rays: Vec<u32>,
-    features: ProgramFeatures,
-) -> Result<Aovs, RenderError> {
-    let pass = Pass::new(device, Kernel::Aov, features, limits, gpu_scene, &plan.work())?;
+fn render_aovs(device: &Device, scene: &Scene, pass: &Pass, plan: &Plan, rays: Vec<u32>) -> Result<Aovs, RenderError> {
     let mut aovs = Aovs::missed(rays.len());
     aovs.rays = rays;
     for &batch in &plan.batches {

@@ -68,7 +68,7 @@ impl RenderSettings {
             shading: Shading::Pbr,
             aovs: false,
             counters: false,
-            batch_pixels: 1 << 17,
+            batch_pixels: 1 << 16,
         }
     }
 

@@ -199,7 +199,7 @@ fn leaf_flags(material: &SceneMaterial, shading: Shading) -> u32 {
     let transmits = transmits(material) || whitted;
     let culled = !material.double_sided && !transmits;
     let transparent = transmits || material.alpha_mode != AlphaMode::Opaque;
-    u32::from(culled) * LEAF_CULLED | u32::from(transparent) * LEAF_TRANSPARENT
+    (u32::from(culled) * LEAF_CULLED) | (u32::from(transparent) * LEAF_TRANSPARENT)
 }
 
 fn ior(source: &SceneMaterial, shading: Shading) -> f32 {

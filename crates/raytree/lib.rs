@@ -64,7 +64,6 @@ pub struct Rendering {
 }
 
 /// An observer that lets a render run to its end.
-#[must_use]
 pub fn unobserved(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }

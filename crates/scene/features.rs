@@ -61,7 +61,7 @@ impl SceneFeatures {
             transmission: any(transmits),
             solids: any(|m| transmits(m) && m.volume.is_some()),
             absorption: any(|m| transmits(m) && absorbs(m)),
-            whitted_transmission: any(|m| whitted_transmits(m)),
+            whitted_transmission: any(whitted_transmits),
             lights: scene.lights.len(),
             spots: scene
                 .lights

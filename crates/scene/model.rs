@@ -35,6 +35,9 @@ pub struct Scene {
     pub nodes: Vec<String>,
     /// What a ray sees and what a surface gathers where there is no geometry.
     pub surroundings: Surroundings,
+    /// The files that the scene was read from besides its own: buffers and images that lie beside it. Whoever writes pictures
+    /// must not overwrite them.
+    pub files: Vec<std::path::PathBuf>,
     /// What the importer had to leave out or mend.
     pub warnings: Vec<Warning>,
 }

@@ -35,7 +35,7 @@ impl<'a> Buffers<'a> {
             total += bytes.len() as u64;
             if total > max_bytes {
                 let problem = format!(
-                    "the buffers hold more than {max_bytes} bytes; split the scene or raise max_bytes"
+                    "the buffers hold more than {max_bytes} bytes; split the scene into several files"
                 );
                 return Err(Fault::limit(format!("buffers[{index}]"), problem));
             }

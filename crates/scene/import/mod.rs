@@ -135,6 +135,7 @@ fn import_bytes(file: &[u8], folder: &Path, options: &ImportOptions) -> Outcome<
         lights,
         cameras,
         nodes: node_names,
+        files: uri::files_beside(&document, folder),
         warnings: warnings.0,
         ..Scene::default()
     })
@@ -196,7 +197,7 @@ fn primitive_uses<'a>(
             {
                 let limit = options.max_triangles;
                 let problem = format!(
-                    "the scene has more than {limit} triangles; simplify it or raise max_triangles"
+                    "the scene has more than {limit} triangles; simplify it, or split it into several files"
                 );
                 return Err(Fault::limit(document.place("nodes", node.index), problem));
             }

@@ -129,7 +129,7 @@ impl TextureTable {
             total = total.saturating_add(u64::from(image.width) * u64::from(image.height));
             if total > max_texels {
                 let problem = format!(
-                    "the images hold more than {max_texels} texels; shrink them or raise max_texels"
+                    "the images hold more than {max_texels} texels; make them smaller"
                 );
                 return Err(Fault::limit(image.place, problem));
             }

@@ -10,6 +10,7 @@ use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
+use super::document::Document;
 use super::error::{Fault, Outcome};
 
 /// Standard alphabet; exporters disagree about the padding.
@@ -28,6 +29,16 @@ pub(super) fn read(uri: &str, place: &str, folder: &Path) -> Outcome<Vec<u8>> {
         folder.join(relative_path(uri).map_err(|problem| Fault::unsupported(place, problem))?);
     read_regular_file(&path)
         .map_err(|error| Fault::io(format!("{place}, file {}", path.display()), error))
+}
+
+/// The files that the document's buffers and images name.
+pub(super) fn files_beside(document: &Document, folder: &Path) -> Vec<PathBuf> {
+    let elements = ["buffers", "images"].into_iter().flat_map(|array| document.elements(array));
+    let uris = elements.filter_map(|element| element.get("uri")?.as_str());
+    uris.filter(|uri| data(uri).is_none())
+        .filter_map(|uri| relative_path(uri).ok())
+        .map(|path| folder.join(path))
+        .collect()
 }
 
 /// What follows the scheme of a URI that carries its data.
