@@ -13,12 +13,18 @@ use std::{
 const REFUSED: [(&str, &str); 1] = [("glTF-Draco", "KHR_draco_mesh_compression")];
 
 fn scenes_below(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     entries.sort();
     for path in entries {
         if path.is_dir() {
             scenes_below(&path, found);
-        } else if path.extension().is_some_and(|ending| ending == "gltf" || ending == "glb") {
+        } else if path
+            .extension()
+            .is_some_and(|ending| ending == "gltf" || ending == "glb")
+        {
             found.push(path);
         }
     }
@@ -46,7 +52,9 @@ fn refusal_fault(run: &Output, output: &Path) -> Option<String> {
 
 #[test]
 fn valid_files_render_or_name_what_they_require() {
-    let Some(folder) = support::shared("gltf") else { return };
+    let Some(folder) = support::shared("gltf") else {
+        return;
+    };
     if support::device().is_none() {
         return;
     }
@@ -59,9 +67,13 @@ fn valid_files_render_or_name_what_they_require() {
         let _ = fs::remove_file(&output);
         let run = raytree(scene, &output);
         let message = String::from_utf8_lossy(&run.stderr).into_owned();
-        let refused = REFUSED.iter().find(|(part, _)| scene.to_string_lossy().contains(part));
+        let refused = REFUSED
+            .iter()
+            .find(|(part, _)| scene.to_string_lossy().contains(part));
         let fault = match refused {
-            Some((_, extension)) if !message.contains(extension) => Some(format!("does not name {extension}: {message}")),
+            Some((_, extension)) if !message.contains(extension) => {
+                Some(format!("does not name {extension}: {message}"))
+            }
             Some(_) => refusal_fault(&run, &output),
             None if run.status.success() && output.exists() => None,
             None => Some(format!("exit {:?}: {message}", run.status.code())),
@@ -73,7 +85,9 @@ fn valid_files_render_or_name_what_they_require() {
 
 #[test]
 fn invalid_files_are_refused_whole_or_cut_short() {
-    let Some(folder) = support::shared("gltf-invalid") else { return };
+    let Some(folder) = support::shared("gltf-invalid") else {
+        return;
+    };
     let cut = support::artefact("cut-short");
     let mut scenes = Vec::new();
     scenes_below(&folder, &mut scenes);
@@ -82,7 +96,9 @@ fn invalid_files_are_refused_whole_or_cut_short() {
     for scene in &scenes {
         let output = support::artefact("invalid.png");
         let run = raytree(scene, &output);
-        faults.extend(refusal_fault(&run, &output).map(|fault| format!("{}: {fault}", scene.display())));
+        faults.extend(
+            refusal_fault(&run, &output).map(|fault| format!("{}: {fault}", scene.display())),
+        );
 
         let bytes = fs::read(scene).unwrap();
         let ending = scene.extension().unwrap();
@@ -92,7 +108,8 @@ fn invalid_files_are_refused_whole_or_cut_short() {
             fs::write(&path, &bytes[..length]).unwrap();
             let run = raytree(&path, &output);
             let fault = refusal_fault(&run, &output);
-            faults.extend(fault.map(|fault| format!("{} cut at {length}: {fault}", scene.display())));
+            faults
+                .extend(fault.map(|fault| format!("{} cut at {length}: {fault}", scene.display())));
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));

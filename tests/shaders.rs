@@ -25,15 +25,23 @@ use module::{call_sites, constant_branches, copies, names, size};
 const KERNELS: [Kernel; 3] = [Kernel::Render, Kernel::Aov, Kernel::Probe];
 
 fn program(kernel: Kernel, features: ProgramFeatures) -> Module {
-    assemble(kernel, features, Limits::for_depth(32)).unwrap_or_else(|error| panic!("{features:?}: {error}"))
+    assemble(kernel, features, Limits::for_depth(32))
+        .unwrap_or_else(|error| panic!("{features:?}: {error}"))
 }
 
 fn everything_but(left_out: &[Feature]) -> ProgramFeatures {
-    left_out.iter().fold(ProgramFeatures::everything(), |set, &feature| set.with(feature, false))
+    left_out
+        .iter()
+        .fold(ProgramFeatures::everything(), |set, &feature| {
+            set.with(feature, false)
+        })
 }
 
 fn bindings(module: &Module) -> Vec<String> {
-    bindings_of(module).into_iter().map(|binding| binding.name).collect()
+    bindings_of(module)
+        .into_iter()
+        .map(|binding| binding.name)
+        .collect()
 }
 
 fn shader_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -42,7 +50,9 @@ fn shader_files(folder: &Path, found: &mut BTreeSet<String>) {
         if path.is_dir() {
             shader_files(&path, found);
         } else if path.extension().is_some_and(|ending| ending == "wgsl") {
-            let below = path.strip_prefix(support::root().join("shaders")).expect("it lies below shaders/");
+            let below = path
+                .strip_prefix(support::root().join("shaders"))
+                .expect("it lies below shaders/");
             found.insert(below.to_string_lossy().into_owned());
         }
     }
@@ -54,7 +64,10 @@ fn every_shader_file_is_compiled_in() {
     shader_files(&support::root().join("shaders"), &mut found);
     // Its constants are replaced for each program.
     assert!(found.remove("limits.wgsl"));
-    let listed: BTreeSet<String> = SOURCE_FILES.iter().map(|file| file.path.to_owned()).collect();
+    let listed: BTreeSet<String> = SOURCE_FILES
+        .iter()
+        .map(|file| file.path.to_owned())
+        .collect();
     assert_eq!(listed.len(), SOURCE_FILES.len(), "a file is listed twice");
     assert_eq!(found, listed);
 }
@@ -62,11 +75,19 @@ fn every_shader_file_is_compiled_in() {
 /// What an editor sees in `limits.wgsl` is what the host replaces, no more and no less.
 #[test]
 fn limits_are_those_that_the_host_sets() {
-    let text = fs::read_to_string(support::root().join("shaders/limits.wgsl")).expect("shaders/ is part of the project");
-    let constants = |module: &Module| module.constants.iter().filter_map(|(_, c)| c.name.clone()).collect::<BTreeSet<_>>();
+    let text = fs::read_to_string(support::root().join("shaders/limits.wgsl"))
+        .expect("shaders/ is part of the project");
+    let constants = |module: &Module| {
+        module
+            .constants
+            .iter()
+            .filter_map(|(_, c)| c.name.clone())
+            .collect::<BTreeSet<_>>()
+    };
     let alone = naga::front::wgsl::parse_str(&text).expect("limits.wgsl parses alone");
     let files: String = SOURCE_FILES.iter().map(|file| file.text).collect();
-    let with_defaults = naga::front::wgsl::parse_str(&format!("{text}{files}")).expect("the defaults parse too");
+    let with_defaults =
+        naga::front::wgsl::parse_str(&format!("{text}{files}")).expect("the defaults parse too");
     let as_assembled = source::parse(Limits::for_depth(32)).expect("the shaders parse");
     assert_eq!(constants(&with_defaults), constants(&as_assembled));
     assert!(!constants(&alone).is_empty());
@@ -74,20 +95,40 @@ fn limits_are_those_that_the_host_sets() {
 
 #[test]
 fn an_error_names_file_and_line() {
-    let Err(error) = source::parse(Limits { traversal_stack: 0 }) else { panic!("an array without elements parses") };
-    let file = SOURCE_FILES.iter().find(|file| file.path == error.file).unwrap_or_else(|| panic!("{error}"));
-    let line = file.text.lines().nth(error.line as usize - 1).unwrap_or_else(|| panic!("{error}"));
+    let Err(error) = source::parse(Limits { traversal_stack: 0 }) else {
+        panic!("an array without elements parses")
+    };
+    let file = SOURCE_FILES
+        .iter()
+        .find(|file| file.path == error.file)
+        .unwrap_or_else(|| panic!("{error}"));
+    let line = file
+        .text
+        .lines()
+        .nth(error.line as usize - 1)
+        .unwrap_or_else(|| panic!("{error}"));
     assert!(line.contains("TRAVERSAL_STACK"), "{error}: {line}");
 }
 
 #[test]
 fn features_are_the_overrides() {
     let module = source::parse(Limits::for_depth(32)).expect("the shaders parse");
-    let declared: Vec<&str> = module.overrides.iter().filter_map(|(_, feature)| feature.name.as_deref()).collect();
-    let known: Vec<&str> = Feature::ALL.iter().map(|feature| feature.override_name()).collect();
+    let declared: Vec<&str> = module
+        .overrides
+        .iter()
+        .filter_map(|(_, feature)| feature.name.as_deref())
+        .collect();
+    let known: Vec<&str> = Feature::ALL
+        .iter()
+        .map(|feature| feature.override_name())
+        .collect();
     assert_eq!(declared, known);
     let labels: BTreeSet<&str> = Feature::ALL.iter().map(|feature| feature.label()).collect();
-    assert_eq!(labels.len(), Feature::ALL.len(), "two features have one label");
+    assert_eq!(
+        labels.len(),
+        Feature::ALL.len(),
+        "two features have one label"
+    );
 }
 
 /// Nothing, everything, each feature alone, each feature left out.
@@ -116,24 +157,70 @@ fn an_unfolded_module_is_noticed() {
     let text = "const ON: bool = true; var<private> x: u32; @compute @workgroup_size(1) fn k() { if (ON) { x = 1u; } }";
     let module = naga::front::wgsl::parse_str(text).expect("it parses");
     assert_eq!(constant_branches(&module), 1);
-    let folded = specialise::specialise(&module, "k", &naga::back::PipelineConstants::default()).expect("it is valid");
+    let folded = specialise::specialise(&module, "k", &naga::back::PipelineConstants::default())
+        .expect("it is valid");
     assert_eq!(constant_branches(&folded), 0);
 }
 
 /// What goes with a feature: a program without it has none of these functions and global variables, one with it has all.
 const GOES_WITH: &[(&[Feature], &[&str])] = &[
     (&[Feature::Mask], &["cut_out"]),
-    (&[Feature::Textures], &["sample_material", "sample_texture", "texel", "interpolated_uv", "textures", "texels"]),
+    (
+        &[Feature::Textures],
+        &[
+            "sample_material",
+            "sample_texture",
+            "texel",
+            "interpolated_uv",
+            "textures",
+            "texels",
+        ],
+    ),
     (&[Feature::NormalMaps], &["normal_from_map"]),
-    (&[Feature::NormalMaps, Feature::VertexColors], &["interpolated_attribute"]),
-    (&[Feature::NormalMaps, Feature::VertexColors, Feature::Textures], &["attributes"]),
-    (&[Feature::Solids], &["refracted_direction", "enter_medium", "leave_medium"]),
+    (
+        &[Feature::NormalMaps, Feature::VertexColors],
+        &["interpolated_attribute"],
+    ),
+    (
+        &[
+            Feature::NormalMaps,
+            Feature::VertexColors,
+            Feature::Textures,
+        ],
+        &["attributes"],
+    ),
+    (
+        &[Feature::Solids],
+        &["refracted_direction", "enter_medium", "leave_medium"],
+    ),
     (&[Feature::Absorption], &["medium_transmittance"]),
-    (&[Feature::Solids, Feature::Absorption], &["media", "medium_ior", "innermost_medium"]),
+    (
+        &[Feature::Solids, Feature::Absorption],
+        &["media", "medium_ior", "innermost_medium"],
+    ),
     (&[Feature::TransparentShadows], &["pass_shadow"]),
-    (&[Feature::Lights, Feature::TransparentShadows], &["next_shadow_ray", "sample_light", "whitted_direct", "lights"]),
-    (&[Feature::Environment], &["environment_level", "environment_uv", "arc_tangent", "environment"]),
-    (&[Feature::Whitted], &["whitted_shading", "whitted_coefficients", "highlight"]),
+    (
+        &[Feature::Lights, Feature::TransparentShadows],
+        &[
+            "next_shadow_ray",
+            "sample_light",
+            "whitted_direct",
+            "lights",
+        ],
+    ),
+    (
+        &[Feature::Environment],
+        &[
+            "environment_level",
+            "environment_uv",
+            "arc_tangent",
+            "environment",
+        ],
+    ),
+    (
+        &[Feature::Whitted],
+        &["whitted_shading", "whitted_coefficients", "highlight"],
+    ),
     (&[Feature::Counters], &["tally"]),
 ];
 
@@ -143,8 +230,14 @@ fn what_is_left_out_is_gone() {
     for (features, gone) in GOES_WITH {
         let without = names(&program(Kernel::Render, everything_but(features)));
         for name in *gone {
-            assert!(everything.contains(*name), "a program with everything has no `{name}`");
-            assert!(!without.contains(*name), "a program without {features:?} still has `{name}`");
+            assert!(
+                everything.contains(*name),
+                "a program with everything has no `{name}`"
+            );
+            assert!(
+                !without.contains(*name),
+                "a program without {features:?} still has `{name}`"
+            );
         }
     }
 }
@@ -178,7 +271,10 @@ fn rays_are_spawned_where_features_say() {
 fn every_feature_costs_code() {
     let everything = everything_but(&[Feature::Whitted]);
     let whole = size(&program(Kernel::Render, everything));
-    for &feature in Feature::ALL.iter().filter(|feature| **feature != Feature::Whitted) {
+    for &feature in Feature::ALL
+        .iter()
+        .filter(|feature| **feature != Feature::Whitted)
+    {
         let without = size(&program(Kernel::Render, everything.with(feature, false)));
         assert!(without < whole, "{feature:?}: {without} of {whole}");
     }
@@ -190,11 +286,29 @@ fn the_least_programs_bind_the_least() {
     let nothing = ProgramFeatures::default();
     let traversal = ["frame", "nodes", "leaf_vertices", "leaf_triangles"];
     let probe = bindings(&program(Kernel::Probe, nothing));
-    assert_eq!(probe, [traversal.as_slice(), &["probe_rays", "probe_hits"]].concat());
+    assert_eq!(
+        probe,
+        [traversal.as_slice(), &["probe_rays", "probe_hits"]].concat()
+    );
     let aov = bindings(&program(Kernel::Aov, nothing));
-    assert_eq!(aov, [traversal.as_slice(), &["triangles", "normals", "materials", "aovs"]].concat());
+    assert_eq!(
+        aov,
+        [
+            traversal.as_slice(),
+            &["triangles", "normals", "materials", "aovs"]
+        ]
+        .concat()
+    );
     let render = bindings(&program(Kernel::Render, nothing));
-    let shading = ["triangles", "normals", "materials", "samples", "slots", "ray_stack", "counters"];
+    let shading = [
+        "triangles",
+        "normals",
+        "materials",
+        "samples",
+        "slots",
+        "ray_stack",
+        "counters",
+    ];
     assert_eq!(render, [traversal.as_slice(), &shading].concat());
 }
 
@@ -203,7 +317,10 @@ fn the_least_programs_bind_the_least() {
 fn the_largest_program_can_be_bound() {
     for kernel in KERNELS {
         let bound = bindings(&program(kernel, ProgramFeatures::everything())).len();
-        assert!(bound <= 17, "{kernel:?} binds {bound}, the uniform buffer included");
+        assert!(
+            bound <= 17,
+            "{kernel:?} binds {bound}, the uniform buffer included"
+        );
     }
 }
 
@@ -218,7 +335,14 @@ fn large_functions_are_there_once() {
             }
         }
         let render = program(Kernel::Render, features);
-        for name in ["shade", "crossing_at", "interface_at", "next_shadow_ray", "pass_shadow", "load_item"] {
+        for name in [
+            "shade",
+            "crossing_at",
+            "interface_at",
+            "next_shadow_ray",
+            "pass_shadow",
+            "load_item",
+        ] {
             assert_eq!(copies(&render, name), Some(1), "{name}");
         }
     }
@@ -232,8 +356,14 @@ fn copies_are_counted_through_callers() {
         fn middle() { loop { leaf(); if (x > 9u) { break; } else { leaf(); } } }
         @compute @workgroup_size(1) fn k() { middle(); middle(); switch x { case 1u: { leaf(); } default: {} } }";
     let module = naga::front::wgsl::parse_str(text).expect("it parses");
-    assert_eq!((call_sites(&module, "middle"), copies(&module, "middle")), (Some(2), Some(2)));
-    assert_eq!((call_sites(&module, "leaf"), copies(&module, "leaf")), (Some(3), Some(5)));
+    assert_eq!(
+        (call_sites(&module, "middle"), copies(&module, "middle")),
+        (Some(2), Some(2))
+    );
+    assert_eq!(
+        (call_sites(&module, "leaf"), copies(&module, "leaf")),
+        (Some(3), Some(5))
+    );
     assert_eq!(copies(&module, "nonsense"), None);
 }
 
@@ -243,18 +373,48 @@ fn scenes_get_the_program_that_they_need() {
     let of = |scene: &Scene, shading| {
         let mut settings = RenderSettings::new(8, 8, raytree::default_camera(scene));
         settings.shading = shading;
-        names(&program(Kernel::Render, ProgramFeatures::of(&SceneFeatures::of(scene), &settings)))
+        names(&program(
+            Kernel::Render,
+            ProgramFeatures::of(&SceneFeatures::of(scene), &settings),
+        ))
     };
     let own = |name: &str| support::import(&support::root().join("assets").join(name));
-    let lacks = |found: &BTreeSet<String>, absent: &[&str]| absent.iter().all(|name| !found.contains(*name));
+    let lacks = |found: &BTreeSet<String>, absent: &[&str]| {
+        absent.iter().all(|name| !found.contains(*name))
+    };
 
     let empty = of(&Scene::default(), Shading::Pbr);
-    assert!(lacks(&empty, &["lights", "media", "textures", "environment", "attributes", "spawn", "tally"]));
+    assert!(lacks(
+        &empty,
+        &[
+            "lights",
+            "media",
+            "textures",
+            "environment",
+            "attributes",
+            "spawn",
+            "tally"
+        ]
+    ));
     let mirrors = of(&own("facing-mirrors.glb"), Shading::Pbr);
     assert!(mirrors.contains("spawn"));
-    assert!(lacks(&mirrors, &["refracted_direction", "leave_medium", "pass_shadow", "media", "textures", "whitted_direct"]));
+    assert!(lacks(
+        &mirrors,
+        &[
+            "refracted_direction",
+            "leave_medium",
+            "pass_shadow",
+            "media",
+            "textures",
+            "whitted_direct"
+        ]
+    ));
     let glass = of(&own("glass-in-water.glb"), Shading::Pbr);
-    assert!(glass.contains("refracted_direction") && glass.contains("leave_medium") && glass.contains("media"));
+    assert!(
+        glass.contains("refracted_direction")
+            && glass.contains("leave_medium")
+            && glass.contains("media")
+    );
     let cards = of(&own("cards.gltf"), Shading::Pbr);
     assert!(cards.contains("sample_texture") && cards.contains("texels"));
     assert!(of(&own("facing-mirrors.glb"), Shading::Whitted).contains("whitted_shading"));

@@ -30,7 +30,9 @@ pub enum Preset {
 #[non_exhaustive]
 pub enum BvhError {
     /// A leaf entry keeps two bits for flags.
-    #[error("the scene has {count} triangles, more than the {limit} that a BVH can index; split the scene")]
+    #[error(
+        "the scene has {count} triangles, more than the {limit} that a BVH can index; split the scene"
+    )]
     TooManyTriangles {
         /// Triangles given.
         count: usize,
@@ -54,14 +56,21 @@ const BINARY_DEPTH_LIMIT: u32 = 64;
 /// [`BvhError`] if there are too many triangles.
 pub fn build(triangles: &[[Vec3; 3]], preset: Preset) -> Result<Bvh, BvhError> {
     if triangles.len() > TRIANGLE_LIMIT {
-        return Err(BvhError::TooManyTriangles { count: triangles.len(), limit: TRIANGLE_LIMIT });
+        return Err(BvhError::TooManyTriangles {
+            count: triangles.len(),
+            limit: TRIANGLE_LIMIT,
+        });
     }
     if triangles.is_empty() {
         return Ok(Bvh::default());
     }
     let padded: Vec<Triangle> = triangles
         .iter()
-        .map(|&[v0, v1, v2]| Triangle { v0: Vec3A::from(v0), v1: Vec3A::from(v1), v2: Vec3A::from(v2) })
+        .map(|&[v0, v1, v2]| Triangle {
+            v0: Vec3A::from(v0),
+            v1: Vec3A::from(v1),
+            v2: Vec3A::from(v2),
+        })
         .collect();
     let mut binary = agglomerate(&padded, preset);
     if binary_depth(&binary) > BINARY_DEPTH_LIMIT {
@@ -71,7 +80,12 @@ pub fn build(triangles: &[[Vec3; 3]], preset: Preset) -> Result<Bvh, BvhError> {
     let wide = bvh2_to_cwbvh(&binary, 3, true, false);
     let depth = wide_depth(&wide);
     Ok(Bvh {
-        nodes: wide.nodes.iter().copied().map(bytemuck::cast::<_, Node>).collect(),
+        nodes: wide
+            .nodes
+            .iter()
+            .copied()
+            .map(bytemuck::cast::<_, Node>)
+            .collect(),
         leaf_triangles: wide.primitive_indices,
         depth,
     })

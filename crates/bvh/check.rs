@@ -49,31 +49,50 @@ pub fn check(bvh: &Bvh, triangles: &[[Vec3; 3]], split: bool) -> Result<(), Defe
     Ok(())
 }
 
-fn check_node(bvh: &Bvh, triangles: &[[Vec3; 3]], split: bool, index: usize, seen: &mut [u32]) -> Result<(), Defect> {
+fn check_node(
+    bvh: &Bvh,
+    triangles: &[[Vec3; 3]],
+    split: bool,
+    index: usize,
+    seen: &mut [u32],
+) -> Result<(), Defect> {
     let dangling = Defect::Dangling(index as u32);
     let node: CwBvhNode = cast(bvh.nodes[index]);
     for child in (0..8).filter(|&child| !node.is_child_empty(child)) {
         let (min, max) = if node.is_leaf(child) {
             let (first, count) = node.child_primitives(child);
-            let leaf = bvh.leaf_triangles.get(first as usize..(first + count) as usize).ok_or(dangling)?;
+            let leaf = bvh
+                .leaf_triangles
+                .get(first as usize..(first + count) as usize)
+                .ok_or(dangling)?;
             let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
             for &triangle in leaf {
                 *seen.get_mut(triangle as usize).ok_or(dangling)? += 1;
-                bounds = triangles[triangle as usize].iter().fold(bounds, |(min, max), &v| (min.min(v), max.max(v)));
+                bounds = triangles[triangle as usize]
+                    .iter()
+                    .fold(bounds, |(min, max), &v| (min.min(v), max.max(v)));
             }
             if split {
                 continue;
             }
             bounds
         } else {
-            let below = bvh.nodes.get(node.child_node_index(child) as usize).ok_or(dangling)?;
+            let below = bvh
+                .nodes
+                .get(node.child_node_index(child) as usize)
+                .ok_or(dangling)?;
             exact_bounds(&cast(*below), bvh, triangles, split)
         };
         let boxed = node.child_aabb(child);
         // The grid's own rounding, which traversal's slack covers (shaders/intersect.wgsl).
         let slack = Vec3::from(node.compute_extent()) * 255.0 * 2_f32.powi(-21);
-        if (min + slack).cmplt(Vec3::from(boxed.min)).any() || (max - slack).cmpgt(Vec3::from(boxed.max)).any() {
-            return Err(Defect::NotEnclosed { node: index as u32, child: child as u32 });
+        if (min + slack).cmplt(Vec3::from(boxed.min)).any()
+            || (max - slack).cmpgt(Vec3::from(boxed.max)).any()
+        {
+            return Err(Defect::NotEnclosed {
+                node: index as u32,
+                child: child as u32,
+            });
         }
     }
     Ok(())
@@ -91,7 +110,12 @@ fn exact_bounds(node: &CwBvhNode, bvh: &Bvh, triangles: &[[Vec3; 3]], split: boo
                 }
             }
         } else if !node.is_leaf(child) {
-            let inner = exact_bounds(&cast(bvh.nodes[node.child_node_index(child) as usize]), bvh, triangles, split);
+            let inner = exact_bounds(
+                &cast(bvh.nodes[node.child_node_index(child) as usize]),
+                bvh,
+                triangles,
+                split,
+            );
             bounds = (bounds.0.min(inner.0), bounds.1.max(inner.1));
         }
     }

@@ -27,14 +27,23 @@ pub(crate) fn split(boxes: &[Aabb]) -> Bvh2 {
         let cut = range.start + middle;
         pending.extend([(left, range.start..cut), (left + 1, cut..range.end)]);
     }
-    Bvh2 { nodes, primitive_indices: order, children_are_ordered_after_parents: true, ..Bvh2::default() }
+    Bvh2 {
+        nodes,
+        primitive_indices: order,
+        children_are_ordered_after_parents: true,
+        ..Bvh2::default()
+    }
 }
 
 fn around(boxes: &[Aabb], order: &[u32]) -> Aabb {
-    order.iter().fold(Aabb::empty(), |bounds, &index| bounds.union(&boxes[index as usize]))
+    order.iter().fold(Aabb::empty(), |bounds, &index| {
+        bounds.union(&boxes[index as usize])
+    })
 }
 
 fn longest_axis(bounds: &Aabb) -> usize {
     let sides = (bounds.max - bounds.min).to_array();
-    (0..3).max_by(|&a, &b| sides[a].total_cmp(&sides[b])).unwrap_or(0)
+    (0..3)
+        .max_by(|&a, &b| sides[a].total_cmp(&sides[b]))
+        .unwrap_or(0)
 }

@@ -44,7 +44,10 @@ impl Outputs {
 
     /// Refuses to overwrite a file that the scene was read from: a texture may well have the scene's own name.
     pub fn spare(&self, read: &[PathBuf]) -> Result<(), Usage> {
-        let clash = self.0.iter().find(|path| read.iter().any(|file| is_same_file(file, path)));
+        let clash = self
+            .0
+            .iter()
+            .find(|path| read.iter().any(|file| is_same_file(file, path)));
         clash.map_or(Ok(()), |path| {
             let problem = "is one of the scene's own files, and would be overwritten; choose another --output";
             Err(Usage(format!("{}: {problem}", path.display())))

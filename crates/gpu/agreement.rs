@@ -15,7 +15,9 @@ fn shaders() -> Module {
 
 fn constant(module: &Module, name: &str) -> u32 {
     let mut constants = module.constants.iter();
-    let (_, constant) = constants.find(|(_, constant)| constant.name.as_deref() == Some(name)).unwrap();
+    let (_, constant) = constants
+        .find(|(_, constant)| constant.name.as_deref() == Some(name))
+        .unwrap();
     match module.global_expressions[constant.init] {
         Expression::Literal(Literal::U32(value)) => value,
         ref other => panic!("{name}: {other:?}"),
@@ -24,7 +26,10 @@ fn constant(module: &Module, name: &str) -> u32 {
 
 #[test]
 fn a_work_item_has_as_many_bytes() {
-    assert_eq!(u64::from(constant(&shaders(), "ITEM_WORDS")) * 16, ITEM_BYTES);
+    assert_eq!(
+        u64::from(constant(&shaders(), "ITEM_WORDS")) * 16,
+        ITEM_BYTES
+    );
 }
 
 #[test]
@@ -41,7 +46,12 @@ fn counters_come_in_the_same_order() {
     let words: Vec<u32> = (0..COUNTERS as u32).collect();
     let mut counted = Counters::default();
     assert_eq!(counted.add(&words), constant(&module, "UNFINISHED_SLOTS"));
-    let Counters { rays, node_visits, triangle_tests, ended } = counted;
+    let Counters {
+        rays,
+        node_visits,
+        triangle_tests,
+        ended,
+    } = counted;
     for (total, name) in [
         (rays.primary, "PRIMARY_RAYS"),
         (rays.shadow, "SHADOW_RAYS"),

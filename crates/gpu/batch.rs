@@ -28,7 +28,12 @@ pub(crate) struct Batch {
 impl Tiling {
     pub(crate) fn new(width: u32, height: u32) -> Self {
         let columns = width.div_ceil(TILE);
-        Self { width, height, columns, tiles: columns * height.div_ceil(TILE) }
+        Self {
+            width,
+            height,
+            columns,
+            tiles: columns * height.div_ceil(TILE),
+        }
     }
 
     /// Batches of at most `tiles_at_once`, of about equal size.
@@ -39,7 +44,11 @@ impl Tiling {
             .map(|index| {
                 let first_tile = index * size;
                 let tile_count = size.min(self.tiles - first_tile.min(self.tiles));
-                Batch { first_tile, tile_count, stride: spreading_stride(tile_count) }
+                Batch {
+                    first_tile,
+                    tile_count,
+                    stride: spreading_stride(tile_count),
+                }
             })
             .filter(|batch| batch.tile_count > 0)
             .collect()
@@ -65,11 +74,18 @@ fn spreading_stride(count: u32) -> u32 {
     }
     let golden = (f64::from(count) * 0.618_033_988_75) as u32;
     let largest = (u32::MAX / count).max(1);
-    (1..=golden.min(largest)).rev().find(|&stride| greatest_common_divisor(stride, count) == 1).unwrap_or(1)
+    (1..=golden.min(largest))
+        .rev()
+        .find(|&stride| greatest_common_divisor(stride, count) == 1)
+        .unwrap_or(1)
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
 }
 
 #[cfg(test)]
@@ -78,7 +94,14 @@ mod tests {
 
     #[test]
     fn every_pixel_has_one_slot() {
-        for (width, height, at_once) in [(1, 1, 1), (8, 8, 10), (13, 7, 1), (640, 480, 100), (65, 130, 7), (97, 31, 1000)] {
+        for (width, height, at_once) in [
+            (1, 1, 1),
+            (8, 8, 10),
+            (13, 7, 1),
+            (640, 480, 100),
+            (65, 130, 7),
+            (97, 31, 1000),
+        ] {
             let tiling = Tiling::new(width, height);
             let mut slots = vec![0; (width * height) as usize];
             for batch in tiling.batches(at_once) {

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use wgpu::{
-    Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, InstanceFlags,
-    PollError, PollType,
+    Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor,
+    InstanceFlags, PollError, PollType,
 };
 
 /// Storage buffers that the largest program binds. WebGPU guarantees 8, every Vulkan driver we know has many more.
@@ -50,7 +50,9 @@ pub enum DeviceChoice {
 #[non_exhaustive]
 pub enum DeviceError {
     /// There is no Vulkan driver at all.
-    #[error("no Vulkan driver was found; run ./setup.sh, or install a Vulkan loader and Mesa's lavapipe (on Debian: apt-get install libvulkan1 mesa-vulkan-drivers)")]
+    #[error(
+        "no Vulkan driver was found; run ./setup.sh, or install a Vulkan loader and Mesa's lavapipe (on Debian: apt-get install libvulkan1 mesa-vulkan-drivers)"
+    )]
     NoDriver,
     /// There are adapters, but not the one asked for.
     #[error("no device matches {wanted}; there are: {}", found.join(", "))]
@@ -61,7 +63,9 @@ pub enum DeviceError {
         found: Vec<String>,
     },
     /// The adapter can't give what the program needs.
-    #[error("device '{name}' can't be used: {reason}; choose another with --device (raytree devices lists them)")]
+    #[error(
+        "device '{name}' can't be used: {reason}; choose another with --device (raytree devices lists them)"
+    )]
     Refused {
         /// The adapter.
         name: String,
@@ -69,7 +73,9 @@ pub enum DeviceError {
         reason: String,
     },
     /// The device went away, hung, or reported an error while rendering.
-    #[error("device '{name}' failed while rendering: {reason}; try again, or another device (raytree devices lists them)")]
+    #[error(
+        "device '{name}' failed while rendering: {reason}; try again, or another device (raytree devices lists them)"
+    )]
     Lost {
         /// The adapter.
         name: String,
@@ -84,7 +90,10 @@ const DISPATCH_TIMEOUT: std::time::Duration = std::time::Duration::from_secs(120
 /// Every Vulkan adapter that the system has, in the loader's order.
 #[must_use]
 pub fn list_devices() -> Vec<DeviceInfo> {
-    adapters().iter().map(|adapter| DeviceInfo::of(&adapter.get_info())).collect()
+    adapters()
+        .iter()
+        .map(|adapter| DeviceInfo::of(&adapter.get_info()))
+        .collect()
 }
 
 fn adapters() -> Vec<Adapter> {
@@ -101,7 +110,9 @@ impl DeviceInfo {
     fn of(info: &AdapterInfo) -> Self {
         Self {
             name: info.name.clone(),
-            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            driver: format!("{} {}", info.driver, info.driver_info)
+                .trim()
+                .to_owned(),
             cpu: info.device_type == DeviceType::Cpu,
         }
     }
@@ -110,12 +121,19 @@ impl DeviceInfo {
 impl DeviceChoice {
     fn position(&self, found: &[DeviceInfo]) -> Option<usize> {
         match self {
-            Self::Cpu => found.iter().position(|info| info.cpu).or((!found.is_empty()).then_some(0)),
+            Self::Cpu => found
+                .iter()
+                .position(|info| info.cpu)
+                .or((!found.is_empty()).then_some(0)),
             Self::Gpu => found.iter().position(|info| !info.cpu),
             Self::Index(index) => (*index < found.len()).then_some(*index),
             Self::Name(name) => {
                 let wanted = name.to_lowercase();
-                found.iter().position(|info| format!("{} {}", info.name, info.driver).to_lowercase().contains(&wanted))
+                found.iter().position(|info| {
+                    format!("{} {}", info.name, info.driver)
+                        .to_lowercase()
+                        .contains(&wanted)
+                })
             }
         }
     }
@@ -139,17 +157,26 @@ impl Device {
     /// [`DeviceError`] if there is none, or it can't give what the programs need.
     pub fn open(choice: &DeviceChoice) -> Result<Self, DeviceError> {
         let adapters = adapters();
-        let found: Vec<_> = adapters.iter().map(|adapter| DeviceInfo::of(&adapter.get_info())).collect();
+        let found: Vec<_> = adapters
+            .iter()
+            .map(|adapter| DeviceInfo::of(&adapter.get_info()))
+            .collect();
         if found.is_empty() {
             return Err(DeviceError::NoDriver);
         }
         let Some(position) = choice.position(&found) else {
             let found = found.into_iter().map(|info| info.name).collect();
-            return Err(DeviceError::NoMatch { wanted: choice.to_string(), found });
+            return Err(DeviceError::NoMatch {
+                wanted: choice.to_string(),
+                found,
+            });
         };
         let info = found[position].clone();
         let adapter = &adapters[position];
-        let refused = |reason: String| DeviceError::Refused { name: info.name.clone(), reason };
+        let refused = |reason: String| DeviceError::Refused {
+            name: info.name.clone(),
+            reason,
+        };
 
         // Asked for one by one, so that a larger device never hides a dependence.
         let offered = adapter.limits();
@@ -159,9 +186,13 @@ impl Device {
             max_buffer_size: offered.max_buffer_size,
             ..wgpu::Limits::default()
         };
-        let descriptor = DeviceDescriptor { label: Some("raytree"), required_limits, ..DeviceDescriptor::default() };
-        let (device, queue) =
-            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| refused(error.to_string()))?;
+        let descriptor = DeviceDescriptor {
+            label: Some("raytree"),
+            required_limits,
+            ..DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| refused(error.to_string()))?;
 
         let uncaptured = Arc::new(Mutex::new(None));
         let first = Arc::clone(&uncaptured);
@@ -171,7 +202,12 @@ impl Device {
             }
         }));
         tracing::debug!(name = info.name, driver = info.driver, "device opened");
-        Ok(Self { device, queue, info, uncaptured })
+        Ok(Self {
+            device,
+            queue,
+            info,
+            uncaptured,
+        })
     }
 
     /// What it calls itself.
@@ -188,11 +224,16 @@ impl Device {
 
     /// Waits until everything submitted is done.
     pub(crate) fn wait(&self) -> Result<(), DeviceError> {
-        let waited = self.device.poll(PollType::Wait { submission_index: None, timeout: Some(DISPATCH_TIMEOUT) });
+        let waited = self.device.poll(PollType::Wait {
+            submission_index: None,
+            timeout: Some(DISPATCH_TIMEOUT),
+        });
         self.check()?;
         match waited {
             Ok(_) => Ok(()),
-            Err(PollError::Timeout) => Err(self.lost("a dispatch did not end in two minutes".to_owned())),
+            Err(PollError::Timeout) => {
+                Err(self.lost("a dispatch did not end in two minutes".to_owned()))
+            }
             Err(error) => Err(self.lost(error.to_string())),
         }
     }
@@ -204,6 +245,9 @@ impl Device {
     }
 
     pub(crate) fn lost(&self, reason: String) -> DeviceError {
-        DeviceError::Lost { name: self.info.name.clone(), reason }
+        DeviceError::Lost {
+            name: self.info.name.clone(),
+            reason,
+        }
     }
 }

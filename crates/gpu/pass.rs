@@ -51,19 +51,35 @@ impl Pass {
         for binding in pipeline.bindings() {
             let name = binding.name.as_str();
             match name {
-                "frame" => buffers.reserve(device, name, size_of::<Frame>() as u64, BufferUsages::UNIFORM)?,
+                "frame" => buffers.reserve(
+                    device,
+                    name,
+                    size_of::<Frame>() as u64,
+                    BufferUsages::UNIFORM,
+                )?,
                 "samples" => buffers.upload(device, name, cast_slice(work.samples))?,
-                "slots" => buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?,
+                "slots" => {
+                    buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?
+                }
                 "ray_stack" => {
                     let size = slots * u64::from(work.stack_items) * ITEM_BYTES;
                     buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
                 }
                 "counters" => buffers.reserve(device, name, 4 * COUNTERS as u64, readable)?,
-                "aovs" => buffers.reserve(device, name, slots * size_of::<Aov>() as u64, readable)?,
-                "probe_rays" => {
-                    buffers.reserve(device, name, slots * size_of::<ProbeRay>() as u64, BufferUsages::STORAGE)?;
+                "aovs" => {
+                    buffers.reserve(device, name, slots * size_of::<Aov>() as u64, readable)?
                 }
-                "probe_hits" => buffers.reserve(device, name, slots * size_of::<ProbeHit>() as u64, readable)?,
+                "probe_rays" => {
+                    buffers.reserve(
+                        device,
+                        name,
+                        slots * size_of::<ProbeRay>() as u64,
+                        BufferUsages::STORAGE,
+                    )?;
+                }
+                "probe_hits" => {
+                    buffers.reserve(device, name, slots * size_of::<ProbeHit>() as u64, readable)?
+                }
                 _ => {
                     let bytes = gpu_scene.bytes(name).unwrap_or_default();
                     buffers.upload(device, name, bytes)?;
@@ -72,7 +88,11 @@ impl Pass {
         }
         let groups = pipeline.bind(device, &buffers);
         device.check()?;
-        Ok(Self { pipeline, buffers, groups })
+        Ok(Self {
+            pipeline,
+            buffers,
+            groups,
+        })
     }
 
     /// Writes to the start of a buffer, before the next dispatch.
@@ -82,13 +102,21 @@ impl Pass {
 
     /// Dispatches, without waiting for it.
     pub(crate) fn submit(&self, device: &Device, workgroups: u32) {
-        let mut encoder = device.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        self.pipeline.dispatch(&mut encoder, &self.groups, workgroups);
+        let mut encoder = device
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        self.pipeline
+            .dispatch(&mut encoder, &self.groups, workgroups);
         device.queue.submit([encoder.finish()]);
     }
 
     /// Waits for all dispatches, then the first `size` bytes of a buffer.
-    pub(crate) fn read(&self, device: &Device, name: &str, size: u64) -> Result<Vec<u8>, DeviceError> {
+    pub(crate) fn read(
+        &self,
+        device: &Device,
+        name: &str,
+        size: u64,
+    ) -> Result<Vec<u8>, DeviceError> {
         read_back(device, self.buffers.get(name), size)
     }
 }

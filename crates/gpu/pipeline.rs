@@ -4,9 +4,10 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 use naga::{AddressSpace, Module, StorageAccess};
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-    BindingType, Buffer, BufferBindingType, BufferDescriptor, BufferUsages, ComputePipeline,
-    ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
+    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, BufferDescriptor, BufferUsages,
+    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor,
+    ShaderSource, ShaderStages,
 };
 
 use crate::{
@@ -35,13 +36,18 @@ pub fn bindings_of(module: &Module) -> Vec<Binding> {
             let place = variable.binding?;
             let kind = match variable.space {
                 AddressSpace::Uniform => BufferBindingType::Uniform,
-                AddressSpace::Storage { access } => {
-                    BufferBindingType::Storage { read_only: !access.contains(StorageAccess::STORE) }
-                }
+                AddressSpace::Storage { access } => BufferBindingType::Storage {
+                    read_only: !access.contains(StorageAccess::STORE),
+                },
                 _ => return None,
             };
             let name = variable.name.clone().unwrap_or_default();
-            Some(Binding { name, group: place.group, index: place.binding, kind })
+            Some(Binding {
+                name,
+                group: place.group,
+                index: place.binding,
+                kind,
+            })
         })
         .collect();
     bindings.sort_by_key(|binding| (binding.group, binding.index));
@@ -58,30 +64,48 @@ pub(crate) struct Pipeline {
 
 impl Pipeline {
     /// Creates the pipeline. On lavapipe this does not compile: the first dispatch does.
-    pub(crate) fn new(device: &Device, kernel: Kernel, module: Module) -> Result<Self, DeviceError> {
+    pub(crate) fn new(
+        device: &Device,
+        kernel: Kernel,
+        module: Module,
+    ) -> Result<Self, DeviceError> {
         let bindings = bindings_of(&module);
         let shader = device.device.create_shader_module(ShaderModuleDescriptor {
             label: Some(kernel.name()),
             source: ShaderSource::Naga(Cow::Owned(module)),
         });
-        let groups = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
-        let layouts: Vec<BindGroupLayout> = (0..groups).map(|group| group_layout(device, &bindings, group)).collect();
+        let groups = bindings
+            .iter()
+            .map(|binding| binding.group + 1)
+            .max()
+            .unwrap_or(0);
+        let layouts: Vec<BindGroupLayout> = (0..groups)
+            .map(|group| group_layout(device, &bindings, group))
+            .collect();
         let references: Vec<_> = layouts.iter().map(Some).collect();
-        let layout = device.device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some(kernel.name()),
-            bind_group_layouts: &references,
-            immediate_size: 0,
-        });
-        let pipeline = device.device.create_compute_pipeline(&ComputePipelineDescriptor {
-            label: Some(kernel.name()),
-            layout: Some(&layout),
-            module: &shader,
-            entry_point: Some(kernel.name()),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let layout = device
+            .device
+            .create_pipeline_layout(&PipelineLayoutDescriptor {
+                label: Some(kernel.name()),
+                bind_group_layouts: &references,
+                immediate_size: 0,
+            });
+        let pipeline = device
+            .device
+            .create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(kernel.name()),
+                layout: Some(&layout),
+                module: &shader,
+                entry_point: Some(kernel.name()),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
         device.check()?;
-        Ok(Self { pipeline, bindings, layouts })
+        Ok(Self {
+            pipeline,
+            bindings,
+            layouts,
+        })
     }
 
     pub(crate) fn bindings(&self) -> &[Binding] {
@@ -102,13 +126,22 @@ impl Pipeline {
                         resource: buffers.get(&binding.name).as_entire_binding(),
                     })
                     .collect();
-                device.device.create_bind_group(&BindGroupDescriptor { label: None, layout, entries: &entries })
+                device.device.create_bind_group(&BindGroupDescriptor {
+                    label: None,
+                    layout,
+                    entries: &entries,
+                })
             })
             .collect()
     }
 
     /// Records a dispatch of `workgroups`.
-    pub(crate) fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, groups: &[BindGroup], workgroups: u32) {
+    pub(crate) fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: &[BindGroup],
+        workgroups: u32,
+    ) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
         for (group, index) in groups.iter().zip(0_u32..) {
@@ -125,11 +158,20 @@ fn group_layout(device: &Device, bindings: &[Binding], group: u32) -> BindGroupL
         .map(|binding| BindGroupLayoutEntry {
             binding: binding.index,
             visibility: ShaderStages::COMPUTE,
-            ty: BindingType::Buffer { ty: binding.kind, has_dynamic_offset: false, min_binding_size: None },
+            ty: BindingType::Buffer {
+                ty: binding.kind,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
             count: None,
         })
         .collect();
-    device.device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries })
+    device
+        .device
+        .create_bind_group_layout(&BindGroupLayoutDescriptor {
+            label: None,
+            entries: &entries,
+        })
 }
 
 /// The buffers of a program, by the names of `shaders/bindings.wgsl`.
@@ -148,10 +190,20 @@ impl Buffers {
     ///
     /// # Errors
     /// [`RenderError::TooLarge`] if the device can't bind that much.
-    pub(crate) fn reserve(&mut self, device: &Device, name: &str, size: u64, usage: BufferUsages) -> Result<(), RenderError> {
+    pub(crate) fn reserve(
+        &mut self,
+        device: &Device,
+        name: &str,
+        size: u64,
+        usage: BufferUsages,
+    ) -> Result<(), RenderError> {
         let limit = device.largest_binding();
         if size > limit {
-            return Err(RenderError::TooLarge { buffer: name.to_owned(), bytes: size, limit });
+            return Err(RenderError::TooLarge {
+                buffer: name.to_owned(),
+                bytes: size,
+                limit,
+            });
         }
         let size = size.max(LARGEST_ELEMENT).next_multiple_of(16);
         let buffer = device.device.create_buffer(&BufferDescriptor {
@@ -168,7 +220,12 @@ impl Buffers {
     ///
     /// # Errors
     /// As [`Self::reserve`].
-    pub(crate) fn upload(&mut self, device: &Device, name: &str, bytes: &[u8]) -> Result<(), RenderError> {
+    pub(crate) fn upload(
+        &mut self,
+        device: &Device,
+        name: &str,
+        bytes: &[u8],
+    ) -> Result<(), RenderError> {
         self.reserve(device, name, bytes.len() as u64, BufferUsages::STORAGE)?;
         if !bytes.is_empty() {
             device.queue.write_buffer(self.get(name), 0, bytes);
@@ -178,18 +235,26 @@ impl Buffers {
 }
 
 /// Copies the first `size` bytes of a buffer back. Waits for everything submitted before.
-pub(crate) fn read_back(device: &Device, buffer: &Buffer, size: u64) -> Result<Vec<u8>, DeviceError> {
+pub(crate) fn read_back(
+    device: &Device,
+    buffer: &Buffer,
+    size: u64,
+) -> Result<Vec<u8>, DeviceError> {
     let staging = device.device.create_buffer(&BufferDescriptor {
         label: Some("read back"),
         size,
         usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut encoder = device
+        .device
+        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
     device.queue.submit([encoder.finish()]);
     staging.map_async(wgpu::MapMode::Read, .., |_| {});
     device.wait()?;
-    let view = staging.get_mapped_range(..).map_err(|error| device.lost(error.to_string()))?;
+    let view = staging
+        .get_mapped_range(..)
+        .map_err(|error| device.lost(error.to_string()))?;
     Ok(view.to_vec())
 }

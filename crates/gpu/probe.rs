@@ -42,18 +42,41 @@ pub fn probe(
     rays: &[ProbeRay],
 ) -> Result<Vec<ProbeHit>, RenderError> {
     let features = features.with(Feature::Counters, false);
-    let shading = if features.has(Feature::Whitted) { Shading::Whitted } else { Shading::Pbr };
+    let shading = if features.has(Feature::Whitted) {
+        Shading::Whitted
+    } else {
+        Shading::Pbr
+    };
     let gpu_scene = GpuScene::new(scene, bvh, features, shading)?;
-    let work = Work { slots: rays.len().min(BATCH) as u32, stack_items: 0, samples: &[] };
-    let pass = Pass::new(device, Kernel::Probe, features, Limits::for_depth(bvh.depth), &gpu_scene, &work)?;
+    let work = Work {
+        slots: rays.len().min(BATCH) as u32,
+        stack_items: 0,
+        samples: &[],
+    };
+    let pass = Pass::new(
+        device,
+        Kernel::Probe,
+        features,
+        Limits::for_depth(bvh.depth),
+        &gpu_scene,
+        &work,
+    )?;
     let mut hits = Vec::with_capacity(rays.len());
     for batch in rays.chunks(BATCH) {
         let slot_count = batch.len() as u32;
-        let frame = Frame { slot_count, triangle_count: bvh.leaf_triangles.len() as u32, ..Frame::zeroed() };
+        let frame = Frame {
+            slot_count,
+            triangle_count: bvh.leaf_triangles.len() as u32,
+            ..Frame::zeroed()
+        };
         pass.write(device, "frame", bytes_of(&frame));
         pass.write(device, "probe_rays", cast_slice(batch));
         pass.submit(device, slot_count.div_ceil(WORKGROUP));
-        let bytes = pass.read(device, "probe_hits", (batch.len() * size_of::<ProbeHit>()) as u64)?;
+        let bytes = pass.read(
+            device,
+            "probe_hits",
+            (batch.len() * size_of::<ProbeHit>()) as u64,
+        )?;
         hits.extend_from_slice(cast_slice::<u8, ProbeHit>(&bytes));
     }
     Ok(hits)

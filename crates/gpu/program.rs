@@ -89,7 +89,9 @@ impl ProgramFeatures {
     /// Every feature: the program that can render anything.
     #[must_use]
     pub fn everything() -> Self {
-        Feature::ALL.iter().fold(Self::default(), |set, &feature| set.with(feature, true))
+        Feature::ALL
+            .iter()
+            .fold(Self::default(), |set, &feature| set.with(feature, true))
     }
 
     /// What this scene needs with these settings.
@@ -98,9 +100,13 @@ impl ProgramFeatures {
         let whitted = settings.shading == Shading::Whitted;
         let transmission = scene.transmission || (whitted && scene.whitted_transmission);
         // At depth 0 branches are spawned only to be counted as ended.
-        let reflection = (whitted || scene.mirrors) && (settings.max_depth > 0 || settings.counters);
+        let reflection =
+            (whitted || scene.mirrors) && (settings.max_depth > 0 || settings.counters);
         Self::default()
-            .with(Feature::Orthographic, matches!(settings.camera.projection, Projection::Orthographic { .. }))
+            .with(
+                Feature::Orthographic,
+                matches!(settings.camera.projection, Projection::Orthographic { .. }),
+            )
             .with(Feature::Culling, scene.culling)
             .with(Feature::Mask, scene.mask)
             .with(Feature::Blend, scene.blend)
@@ -112,9 +118,15 @@ impl ProgramFeatures {
             // Eq. 14.32 reflects at every surface with ks above zero, however rough.
             .with(Feature::Reflection, reflection)
             .with(Feature::Transmission, transmission)
-            .with(Feature::Solids, scene.solids || (whitted && scene.whitted_transmission))
+            .with(
+                Feature::Solids,
+                scene.solids || (whitted && scene.whitted_transmission),
+            )
             .with(Feature::Absorption, scene.absorption)
-            .with(Feature::TransparentShadows, scene.lights > 0 && (transmission || scene.blend || scene.mask))
+            .with(
+                Feature::TransparentShadows,
+                scene.lights > 0 && (transmission || scene.blend || scene.mask),
+            )
             .with(Feature::Lights, scene.lights > 0)
             .with(Feature::ManyLights, scene.lights > 1)
             .with(Feature::Environment, scene.environment)
@@ -138,7 +150,8 @@ impl ProgramFeatures {
     /// What users read: labels of those in, and of those left out.
     #[must_use]
     pub fn labels(self) -> (Vec<&'static str>, Vec<&'static str>) {
-        let (used, left_out): (Vec<Feature>, Vec<Feature>) = Feature::ALL.iter().partition(|feature| self.has(**feature));
+        let (used, left_out): (Vec<Feature>, Vec<Feature>) =
+            Feature::ALL.iter().partition(|feature| self.has(**feature));
         let labels = |features: Vec<Feature>| features.into_iter().map(Feature::label).collect();
         (labels(used), labels(left_out))
     }
@@ -146,7 +159,10 @@ impl ProgramFeatures {
     /// How many rays a hit can spawn: what the ray stack is sized by.
     #[must_use]
     pub fn children(self) -> u32 {
-        [Feature::Reflection, Feature::Transmission, Feature::Blend].into_iter().map(|f| u32::from(self.has(f))).sum()
+        [Feature::Reflection, Feature::Transmission, Feature::Blend]
+            .into_iter()
+            .map(|f| u32::from(self.has(f)))
+            .sum()
     }
 
     /// The value of every override.
@@ -154,7 +170,12 @@ impl ProgramFeatures {
     pub fn constants(self) -> PipelineConstants {
         Feature::ALL
             .iter()
-            .map(|&feature| (feature.override_name().to_owned(), f64::from(u8::from(self.has(feature)))))
+            .map(|&feature| {
+                (
+                    feature.override_name().to_owned(),
+                    f64::from(u8::from(self.has(feature))),
+                )
+            })
             .collect()
     }
 }
@@ -175,7 +196,11 @@ pub enum ProgramError {
 ///
 /// # Errors
 /// [`ProgramError`], which is a bug in the shaders.
-pub fn assemble(kernel: Kernel, features: ProgramFeatures, limits: Limits) -> Result<Module, ProgramError> {
+pub fn assemble(
+    kernel: Kernel,
+    features: ProgramFeatures,
+    limits: Limits,
+) -> Result<Module, ProgramError> {
     let module = source::parse(limits)?;
     Ok(specialise(&module, kernel.name(), &features.constants())?)
 }

@@ -1,6 +1,9 @@
 //! A scene, its hierarchy and settings to a film: programs, buffers, and dispatches until no pixel is unfinished.
 
-use std::{ops::ControlFlow, time::{Duration, Instant}};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
 
 use bytemuck::{Zeroable, bytes_of, cast_slice};
 use raytree_bvh::Bvh;
@@ -99,9 +102,31 @@ pub fn render_with(
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let pass = Pass::new(device, Kernel::Render, features, limits, &gpu_scene, &plan.work())?;
-    let layers = settings.aovs.then(|| Pass::new(device, Kernel::Aov, features, limits, &gpu_scene, &plan.work())).transpose()?;
-    let mut times = RenderTimes { program: started.elapsed(), ..RenderTimes::default() };
+    let pass = Pass::new(
+        device,
+        Kernel::Render,
+        features,
+        limits,
+        &gpu_scene,
+        &plan.work(),
+    )?;
+    let layers = settings
+        .aovs
+        .then(|| {
+            Pass::new(
+                device,
+                Kernel::Aov,
+                features,
+                limits,
+                &gpu_scene,
+                &plan.work(),
+            )
+        })
+        .transpose()?;
+    let mut times = RenderTimes {
+        program: started.elapsed(),
+        ..RenderTimes::default()
+    };
 
     let started = Instant::now();
     for pass in std::iter::once(&pass).chain(&layers) {
@@ -129,7 +154,13 @@ pub fn render_with(
         times.render += started.elapsed();
     }
     let counters = settings.counters.then_some(counters);
-    Ok(Rendered { film, counters, features, times, dispatches })
+    Ok(Rendered {
+        film,
+        counters,
+        features,
+        times,
+        dispatches,
+    })
 }
 
 fn check(settings: &RenderSettings) -> Result<(), RenderError> {
@@ -139,7 +170,9 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
         return fail("the region to render has no pixels; it must lie inside the picture");
     }
     if u64::from(region.width) * u64::from(region.height) > 1 << 28 {
-        return fail("the picture has more than 268 million pixels; render it in parts with --region");
+        return fail(
+            "the picture has more than 268 million pixels; render it in parts with --region",
+        );
     }
     if settings.samples == 0 {
         return fail("a pixel needs at least one sample");
@@ -160,13 +193,20 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(scene: &Scene, gpu: &GpuScene, bvh: &Bvh, settings: &RenderSettings, features: ProgramFeatures) -> Self {
+    fn new(
+        scene: &Scene,
+        gpu: &GpuScene,
+        bvh: &Bvh,
+        settings: &RenderSettings,
+        features: ProgramFeatures,
+    ) -> Self {
         let region = settings.visible_region();
         let tiling = Tiling::new(region.width, region.height);
         // Depth first: each level of the tree leaves all children but one pending.
         let stack_capacity = features.children().saturating_sub(1) * settings.max_depth + 1;
         let stack_items = stack_capacity + EXTRA_ITEMS;
-        let slots = (STACK_BYTES / (u64::from(stack_items) * ITEM_BYTES)).min(u64::from(settings.batch_pixels)) as u32;
+        let slots = (STACK_BYTES / (u64::from(stack_items) * ITEM_BYTES))
+            .min(u64::from(settings.batch_pixels)) as u32;
         let batches = tiling.batches((slots / TILE_PIXELS).max(1));
         let samples = sample_pattern(settings.samples);
         let mut frame = Frame {
@@ -188,17 +228,36 @@ impl Plan {
             environment: gpu.environment_levels,
             ..Frame::zeroed()
         };
-        let rotation = scene.surroundings.environment.as_ref().map_or(0.0, |environment| environment.rotation);
+        let rotation = scene
+            .surroundings
+            .environment
+            .as_ref()
+            .map_or(0.0, |environment| environment.rotation);
         frame.rotation_cos = rotation.cos() as f32;
         frame.rotation_sin = rotation.sin() as f32;
         set_background(&mut frame, scene.surroundings.background);
         set_camera(&mut frame, &settings.camera, settings);
-        Self { frame, tiling, batches, stack_items, samples }
+        Self {
+            frame,
+            tiling,
+            batches,
+            stack_items,
+            samples,
+        }
     }
 
     fn work(&self) -> Work<'_> {
-        let tiles = self.batches.iter().map(|batch| batch.tile_count).max().unwrap_or(0);
-        Work { slots: tiles * TILE_PIXELS, stack_items: self.stack_items, samples: &self.samples }
+        let tiles = self
+            .batches
+            .iter()
+            .map(|batch| batch.tile_count)
+            .max()
+            .unwrap_or(0);
+        Work {
+            slots: tiles * TILE_PIXELS,
+            stack_items: self.stack_items,
+            samples: &self.samples,
+        }
     }
 
     fn frame_of(&self, batch: Batch) -> Frame {
@@ -251,8 +310,15 @@ fn set_camera(frame: &mut Frame, camera: &Camera, settings: &RenderSettings) {
 impl Pass {
     /// A dispatch without samples: drivers that compile at the first dispatch do it here.
     fn warm_up(&self, device: &Device, plan: &Plan) -> Result<(), RenderError> {
-        let batch = Batch { first_tile: 0, tile_count: 1, stride: 1 };
-        let frame = Frame { sample_count: 0, ..plan.frame_of(batch) };
+        let batch = Batch {
+            first_tile: 0,
+            tile_count: 1,
+            stride: 1,
+        };
+        let frame = Frame {
+            sample_count: 0,
+            ..plan.frame_of(batch)
+        };
         self.write(device, "frame", bytes_of(&frame));
         self.submit(device, 1);
         Ok(device.wait()?)
@@ -279,8 +345,11 @@ impl Pass {
             let unfinished = counters.add(cast_slice(&bytes));
             dispatches += 1;
             let tiles_before = f64::from(batch.first_tile);
-            let in_batch = f64::from(batch.tile_count) * (1.0 - f64::from(unfinished) / f64::from(slots));
-            let progress = Progress { finished: (tiles_before + in_batch) / f64::from(plan.tiling.tiles) };
+            let in_batch =
+                f64::from(batch.tile_count) * (1.0 - f64::from(unfinished) / f64::from(slots));
+            let progress = Progress {
+                finished: (tiles_before + in_batch) / f64::from(plan.tiling.tiles),
+            };
             if observer(progress).is_break() {
                 return Err(RenderError::Cancelled);
             }
@@ -292,7 +361,13 @@ impl Pass {
 }
 
 /// The first-hit layers, by a program of their own: a picture without them does not carry their code.
-fn render_aovs(device: &Device, scene: &Scene, pass: &Pass, plan: &Plan, rays: Vec<u32>) -> Result<Aovs, RenderError> {
+fn render_aovs(
+    device: &Device,
+    scene: &Scene,
+    pass: &Pass,
+    plan: &Plan,
+    rays: Vec<u32>,
+) -> Result<Aovs, RenderError> {
     let mut aovs = Aovs::missed(rays.len());
     aovs.rays = rays;
     for &batch in &plan.batches {

@@ -75,16 +75,31 @@ impl RenderSettings {
     /// The rendered part, clipped to the picture.
     #[must_use]
     pub fn visible_region(&self) -> Region {
-        let whole = Region { x: 0, y: 0, width: self.width, height: self.height };
+        let whole = Region {
+            x: 0,
+            y: 0,
+            width: self.width,
+            height: self.height,
+        };
         self.region.map_or(whole, |region| {
             let x = region.x.min(self.width);
             let y = region.y.min(self.height);
-            Region { x, y, width: region.width.min(self.width - x), height: region.height.min(self.height - y) }
+            Region {
+                x,
+                y,
+                width: region.width.min(self.width - x),
+                height: region.height.min(self.height - y),
+            }
         })
     }
 
     pub(crate) fn window(&self) -> Window {
         let region = self.visible_region();
-        Window { full_width: self.width, full_height: self.height, x: region.x, y: region.y }
+        Window {
+            full_width: self.width,
+            full_height: self.height,
+            x: region.x,
+            y: region.y,
+        }
     }
 }

@@ -56,7 +56,10 @@ impl Limits {
     /// Capacities for a tree of `depth` levels, rounded up to few sizes so that few programs differ by it.
     #[must_use]
     pub fn for_depth(depth: u32) -> Self {
-        let traversal_stack = [8, 16, 32, 64].into_iter().find(|&size| size >= depth).unwrap_or(depth);
+        let traversal_stack = [8, 16, 32, 64]
+            .into_iter()
+            .find(|&size| size >= depth)
+            .unwrap_or(depth);
         Self { traversal_stack }
     }
 
@@ -89,13 +92,24 @@ pub fn parse(limits: Limits) -> Result<Module, ShaderError> {
         text.push_str(file.text);
     }
     naga::front::wgsl::parse_str(&text).map_err(|error| {
-        let offset = error.location(&text).map_or(0, |location| location.offset as usize);
+        let offset = error
+            .location(&text)
+            .map_or(0, |location| location.offset as usize);
         locate(&text, &starts, offset, error.message())
     })
 }
 
 fn locate(text: &str, starts: &[(&str, usize)], offset: usize, message: &str) -> ShaderError {
-    let (file, start) = starts.iter().rev().find(|(_, start)| *start <= offset).copied().unwrap_or(("", 0));
+    let (file, start) = starts
+        .iter()
+        .rev()
+        .find(|(_, start)| *start <= offset)
+        .copied()
+        .unwrap_or(("", 0));
     let line = 1 + text[start..offset].matches('\n').count() as u32;
-    ShaderError { file: file.to_owned(), line, message: message.to_owned() }
+    ShaderError {
+        file: file.to_owned(),
+        line,
+        message: message.to_owned(),
+    }
 }

@@ -25,11 +25,23 @@ pub struct SpecialiseError {
 ///
 /// # Errors
 /// [`SpecialiseError`] if the result does not validate.
-pub fn specialise(module: &Module, kernel: &str, constants: &PipelineConstants) -> Result<Module, SpecialiseError> {
-    let failed = |message: String| SpecialiseError { kernel: kernel.to_owned(), message };
+pub fn specialise(
+    module: &Module,
+    kernel: &str,
+    constants: &PipelineConstants,
+) -> Result<Module, SpecialiseError> {
+    let failed = |message: String| SpecialiseError {
+        kernel: kernel.to_owned(),
+        message,
+    };
     let info = validate(module).map_err(failed)?;
-    let (processed, _) = process_overrides(module, &info, Some((ShaderStage::Compute, kernel)), constants)
-        .map_err(|error| failed(error.to_string()))?;
+    let (processed, _) = process_overrides(
+        module,
+        &info,
+        Some((ShaderStage::Compute, kernel)),
+        constants,
+    )
+    .map_err(|error| failed(error.to_string()))?;
     let mut module = processed.into_owned();
     fold_module(&mut module);
     compact(&mut module, KeepUnused::No);
@@ -42,29 +54,38 @@ pub fn specialise(module: &Module, kernel: &str, constants: &PipelineConstants) 
 /// # Errors
 /// naga's message with its sources.
 pub fn validate(module: &Module) -> Result<ModuleInfo, String> {
-    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(|error| {
-        let mut message = error.to_string();
-        let mut source = std::error::Error::source(&error);
-        while let Some(error) = source {
-            message.push_str(": ");
-            message.push_str(&error.to_string());
-            source = error.source();
-        }
-        message
-    })
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(module)
+        .map_err(|error| {
+            let mut message = error.to_string();
+            let mut source = std::error::Error::source(&error);
+            while let Some(error) = source {
+                message.push_str(": ");
+                message.push_str(&error.to_string());
+                source = error.source();
+            }
+            message
+        })
 }
 
 fn fold_module(module: &mut Module) {
     let constants: Vec<Option<bool>> = module
         .constants
         .iter()
-        .map(|(_, constant)| match module.global_expressions[constant.init] {
-            Expression::Literal(Literal::Bool(value)) => Some(value),
-            _ => None,
-        })
+        .map(
+            |(_, constant)| match module.global_expressions[constant.init] {
+                Expression::Literal(Literal::Bool(value)) => Some(value),
+                _ => None,
+            },
+        )
         .collect();
     let functions = module.functions.iter_mut().map(|(_, function)| function);
-    for function in functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function)) {
+    for function in functions.chain(
+        module
+            .entry_points
+            .iter_mut()
+            .map(|entry| &mut entry.function),
+    ) {
         let body = std::mem::take(&mut function.body);
         // A name keeps its expression alive, and with it the result of a call that folding may have removed.
         function.named_expressions.clear();
@@ -77,18 +98,33 @@ fn fold_block(block: Block, function: &Function, constants: &[Option<bool>]) -> 
     let mut folded = Block::with_capacity(block.len());
     for (mut statement, span) in block.span_into_iter() {
         match &mut statement {
-            Statement::If { condition, accept, reject } => {
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } => {
                 let accept = fold_block(std::mem::take(accept), function, constants);
                 let reject = fold_block(std::mem::take(reject), function, constants);
                 match constant_bool(*condition, function, constants) {
                     Some(true) => folded.extend_block(accept),
                     Some(false) => folded.extend_block(reject),
-                    None => folded.push(Statement::If { condition: *condition, accept, reject }, span),
+                    None => folded.push(
+                        Statement::If {
+                            condition: *condition,
+                            accept,
+                            reject,
+                        },
+                        span,
+                    ),
                 }
                 continue;
             }
-            Statement::Block(inner) => *inner = fold_block(std::mem::take(inner), function, constants),
-            Statement::Loop { body, continuing, .. } => {
+            Statement::Block(inner) => {
+                *inner = fold_block(std::mem::take(inner), function, constants)
+            }
+            Statement::Loop {
+                body, continuing, ..
+            } => {
                 *body = fold_block(std::mem::take(body), function, constants);
                 *continuing = fold_block(std::mem::take(continuing), function, constants);
             }
@@ -104,13 +140,18 @@ fn fold_block(block: Block, function: &Function, constants: &[Option<bool>]) -> 
     folded
 }
 
-fn constant_bool(condition: Handle<Expression>, function: &Function, constants: &[Option<bool>]) -> Option<bool> {
+fn constant_bool(
+    condition: Handle<Expression>,
+    function: &Function,
+    constants: &[Option<bool>],
+) -> Option<bool> {
     match function.expressions[condition] {
         Expression::Literal(Literal::Bool(value)) => Some(value),
         Expression::Constant(constant) => constants[constant.index()],
-        Expression::Unary { op: naga::UnaryOperator::LogicalNot, expr } => {
-            constant_bool(expr, function, constants).map(|value| !value)
-        }
+        Expression::Unary {
+            op: naga::UnaryOperator::LogicalNot,
+            expr,
+        } => constant_bool(expr, function, constants).map(|value| !value),
         _ => None,
     }
 }

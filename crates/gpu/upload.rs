@@ -6,13 +6,19 @@ use raytree_bvh::Bvh;
 use raytree_scene::{
     environment::EquirectMap,
     features::{transmits, whitted_transmits},
-    model::{AlphaMode, Filter, Light as SceneLight, LightKind, Material as SceneMaterial, Scene, TextureRef, Wrap},
+    model::{
+        AlphaMode, Filter, Light as SceneLight, LightKind, Material as SceneMaterial, Scene,
+        TextureRef, Wrap,
+    },
 };
 
 use crate::{
     program::{Feature, ProgramFeatures},
     settings::Shading,
-    types::{ENVIRONMENT_LEVELS, EnvironmentLevel, Light, Material, Medium, Texture, TextureUse, Triangle},
+    types::{
+        ENVIRONMENT_LEVELS, EnvironmentLevel, Light, Material, Medium, Texture, TextureUse,
+        Triangle,
+    },
 };
 
 const LEAF_CULLED: u32 = 0x8000_0000;
@@ -34,7 +40,9 @@ const LEAST_ATTENUATION: f32 = 1e-6;
 
 /// More media than a byte can name.
 #[derive(Debug, thiserror::Error)]
-#[error("the scene has {0} different transparent media, more than the 255 that a ray can tell apart; merge materials whose index and attenuation are alike")]
+#[error(
+    "the scene has {0} different transparent media, more than the 255 that a ray can tell apart; merge materials whose index and attenuation are alike"
+)]
 pub struct TooManyMedia(usize);
 
 /// The scene's buffers, in the order of `shaders/bindings.wgsl`.
@@ -64,8 +72,16 @@ impl GpuScene {
     ///
     /// # Errors
     /// [`TooManyMedia`].
-    pub fn new(scene: &Scene, bvh: &Bvh, features: ProgramFeatures, shading: Shading) -> Result<Self, TooManyMedia> {
-        let mut gpu = Self { vertex_count: scene.geometry.positions.len() as u32, ..Self::default() };
+    pub fn new(
+        scene: &Scene,
+        bvh: &Bvh,
+        features: ProgramFeatures,
+        shading: Shading,
+    ) -> Result<Self, TooManyMedia> {
+        let mut gpu = Self {
+            vertex_count: scene.geometry.positions.len() as u32,
+            ..Self::default()
+        };
         gpu.add_hierarchy(scene, bvh, shading);
         gpu.add_attributes(scene, features);
         gpu.add_materials(scene, shading)?;
@@ -100,21 +116,33 @@ impl GpuScene {
     fn add_hierarchy(&mut self, scene: &Scene, bvh: &Bvh, shading: Shading) {
         let geometry = &scene.geometry;
         self.nodes = cast_slice(&bvh.nodes).to_vec();
-        let flags: Vec<u32> = scene.materials.iter().map(|material| leaf_flags(material, shading)).collect();
+        let flags: Vec<u32> = scene
+            .materials
+            .iter()
+            .map(|material| leaf_flags(material, shading))
+            .collect();
         self.leaf_vertices.reserve(9 * bvh.leaf_triangles.len());
         for &index in &bvh.leaf_triangles {
             let triangle = geometry.triangles[index as usize];
             for vertex in triangle.vertices {
-                self.leaf_vertices.extend(geometry.positions[vertex as usize].to_array());
+                self.leaf_vertices
+                    .extend(geometry.positions[vertex as usize].to_array());
             }
-            self.leaf_triangles.push(index | flags[triangle.material as usize]);
+            self.leaf_triangles
+                .push(index | flags[triangle.material as usize]);
         }
         self.triangles = geometry
             .triangles
             .iter()
             .map(|triangle| {
                 let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
-                Triangle { vertex_0, vertex_1, vertex_2, material: triangle.material, node: triangle.node }
+                Triangle {
+                    vertex_0,
+                    vertex_1,
+                    vertex_2,
+                    material: triangle.material,
+                    node: triangle.node,
+                }
             })
             .collect();
     }
@@ -129,11 +157,17 @@ impl GpuScene {
         }
         self.color_offset = self.attributes.len() as u32;
         if features.has(Feature::VertexColors) {
-            self.attributes.extend(geometry.colors.iter().flat_map(|color| color.to_array()));
+            self.attributes
+                .extend(geometry.colors.iter().flat_map(|color| color.to_array()));
         }
         self.tangent_offset = self.attributes.len() as u32;
         if features.has(Feature::NormalMaps) {
-            self.attributes.extend(geometry.tangents.iter().flat_map(|tangent| tangent.to_array()));
+            self.attributes.extend(
+                geometry
+                    .tangents
+                    .iter()
+                    .flat_map(|tangent| tangent.to_array()),
+            );
         }
     }
 
@@ -160,11 +194,14 @@ impl GpuScene {
     }
 
     fn add_textures(&mut self, scene: &Scene) {
-        self.texels = (0_u8..=255).map(|code| srgb_to_linear(code).to_bits()).collect();
+        self.texels = (0_u8..=255)
+            .map(|code| srgb_to_linear(code).to_bits())
+            .collect();
         let mut offsets = Vec::with_capacity(scene.images.len());
         for image in &scene.images {
             offsets.push(self.texels.len() as u32);
-            self.texels.extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
+            self.texels
+                .extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
         }
         for texture in &scene.textures {
             let image = &scene.images[texture.image as usize];
@@ -180,8 +217,12 @@ impl GpuScene {
     }
 
     fn add_environment(&mut self, scene: &Scene) {
-        let Some(environment) = &scene.surroundings.environment else { return };
-        let levels = std::iter::once(&environment.radiance).chain(&environment.rough).chain([&environment.irradiance]);
+        let Some(environment) = &scene.surroundings.environment else {
+            return;
+        };
+        let levels = std::iter::once(&environment.radiance)
+            .chain(&environment.rough)
+            .chain([&environment.irradiance]);
         for (slot, map) in self.environment_levels.iter_mut().zip(levels) {
             *slot = append_map(&mut self.environment, map);
         }
@@ -189,7 +230,12 @@ impl GpuScene {
 }
 
 fn append_map(texels: &mut Vec<f32>, map: &EquirectMap) -> EnvironmentLevel {
-    let level = EnvironmentLevel { offset: texels.len() as u32, width: map.width, height: map.height, unused: 0 };
+    let level = EnvironmentLevel {
+        offset: texels.len() as u32,
+        width: map.width,
+        height: map.height,
+        unused: 0,
+    };
     texels.extend_from_slice(cast_slice(&map.texels));
     level
 }
@@ -203,7 +249,10 @@ fn leaf_flags(material: &SceneMaterial, shading: Shading) -> u32 {
 }
 
 fn ior(source: &SceneMaterial, shading: Shading) -> f32 {
-    let authored = source.whitted.and_then(|k| k.ior).filter(|_| shading == Shading::Whitted);
+    let authored = source
+        .whitted
+        .and_then(|k| k.ior)
+        .filter(|_| shading == Shading::Whitted);
     let ior = authored.unwrap_or(source.ior);
     if ior.is_finite() { ior } else { IOR_INFINITE }
 }
@@ -217,9 +266,16 @@ fn medium(source: &SceneMaterial, shading: Shading) -> Option<Medium> {
     let absorption = source.volume.map_or(Vec3::ZERO, |volume| {
         let color = volume.attenuation_color.max(Vec3::splat(LEAST_ATTENUATION));
         let distance = volume.attenuation_distance;
-        Vec3::from_array(color.to_array().map(|c| (-f64::from(c).ln() / distance).max(0.0) as f32))
+        Vec3::from_array(
+            color
+                .to_array()
+                .map(|c| (-f64::from(c).ln() / distance).max(0.0) as f32),
+        )
     });
-    Some(Medium { absorption: absorption.to_array(), ior: ior(source, shading) })
+    Some(Medium {
+        absorption: absorption.to_array(),
+        ior: ior(source, shading),
+    })
 }
 
 fn material(source: &SceneMaterial, shading: Shading) -> Material {
@@ -254,7 +310,11 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
         specular: source.specular,
         metallic: source.metallic,
         roughness: source.roughness,
-        transmission: if source.unlit { 0.0 } else { source.transmission },
+        transmission: if source.unlit {
+            0.0
+        } else {
+            source.transmission
+        },
         ior: ior(source, shading),
         normal_scale: source.normal_scale,
         occlusion_strength: source.occlusion_strength,
@@ -284,7 +344,13 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
 
 fn texture_use(source: &TextureRef) -> TextureUse {
     let [a, b, c, d, e, f] = source.transform;
-    TextureUse { texture: source.texture, uv_set: source.uv_set, row_u: [a, b, c], row_v: [d, e, f], ..TextureUse::NONE }
+    TextureUse {
+        texture: source.texture,
+        uv_set: source.uv_set,
+        row_u: [a, b, c],
+        row_v: [d, e, f],
+        ..TextureUse::NONE
+    }
 }
 
 fn wrap(mode: Wrap) -> u32 {
@@ -298,17 +364,30 @@ fn wrap(mode: Wrap) -> u32 {
 /// IEC 61966-2-1.
 fn srgb_to_linear(code: u8) -> f32 {
     let c = f64::from(code) / 255.0;
-    let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    let linear = if c <= 0.04045 {
+        c / 12.92
+    } else {
+        ((c + 0.055) / 1.055).powf(2.4)
+    };
     linear as f32
 }
 
 fn light(source: &SceneLight) -> Light {
     let intensity = source.intensity.as_vec3().to_array();
-    let inverse = |range: f64| if range.is_finite() { range.recip() as f32 } else { 0.0 };
-    match source.kind {
-        LightKind::Directional { direction } => {
-            Light { kind: 0, direction: direction.as_vec3().to_array(), intensity, ..Light::default() }
+    let inverse = |range: f64| {
+        if range.is_finite() {
+            range.recip() as f32
+        } else {
+            0.0
         }
+    };
+    match source.kind {
+        LightKind::Directional { direction } => Light {
+            kind: 0,
+            direction: direction.as_vec3().to_array(),
+            intensity,
+            ..Light::default()
+        },
         LightKind::Point { position, range } => Light {
             kind: 1,
             position: position.as_vec3().to_array(),
@@ -316,13 +395,21 @@ fn light(source: &SceneLight) -> Light {
             intensity,
             ..Light::default()
         },
-        LightKind::Spot { position, direction, range, inner_cone_angle, outer_cone_angle } => Light {
+        LightKind::Spot {
+            position,
+            direction,
+            range,
+            inner_cone_angle,
+            outer_cone_angle,
+        } => Light {
             kind: 2,
             position: position.as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
             inverse_range: inverse(range),
             intensity,
-            spot_scale: (inner_cone_angle.cos() - outer_cone_angle.cos()).max(1e-9).recip() as f32,
+            spot_scale: (inner_cone_angle.cos() - outer_cone_angle.cos())
+                .max(1e-9)
+                .recip() as f32,
             spot_cos_outer: outer_cone_angle.cos() as f32,
             ..Light::default()
         },

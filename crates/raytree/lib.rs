@@ -29,12 +29,12 @@ use glam::Vec3;
 
 pub use raytree_bvh::{Bvh, BvhError, Preset};
 pub use raytree_film::{
-    BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format, Limits, Picture, ToneMap,
-    WriteOptions, compare, difference_picture, srgb_decode,
+    BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format,
+    Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
 };
 pub use raytree_gpu::{
-    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, Progress, ProgramFeatures, Region, RenderError,
-    RenderSettings, RenderTimes, Rendered, Shading, list_devices,
+    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, ProgramFeatures, Progress,
+    Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading, list_devices,
 };
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
@@ -75,7 +75,12 @@ pub fn unobserved(_: Progress) -> ControlFlow<()> {
 pub fn build_bvh(scene: &Scene, preset: Preset) -> Result<Bvh, BvhError> {
     let positions = &scene.geometry.positions;
     let corner = |vertex: u32| positions[vertex as usize];
-    let triangles: Vec<[Vec3; 3]> = scene.geometry.triangles.iter().map(|t| t.vertices.map(corner)).collect();
+    let triangles: Vec<[Vec3; 3]> = scene
+        .geometry
+        .triangles
+        .iter()
+        .map(|t| t.vertices.map(corner))
+        .collect();
     raytree_bvh::build(&triangles, preset)
 }
 
@@ -95,15 +100,30 @@ pub fn render(
     let bvh = build_bvh(scene, preset)?;
     let bvh_time = started.elapsed();
     let rendered = raytree_gpu::render(device, scene, &bvh, settings, observer)?;
-    let Rendered { film, counters, features, times, dispatches } = rendered;
-    Ok(Rendering { film, counters, features, bvh_time, times, dispatches })
+    let Rendered {
+        film,
+        counters,
+        features,
+        times,
+        dispatches,
+    } = rendered;
+    Ok(Rendering {
+        film,
+        counters,
+        features,
+        bvh_time,
+        times,
+        dispatches,
+    })
 }
 
 /// Gives a scene without lights, environment and ambient light the built-in studio: a neutral environment and a key light that
 /// casts shadows; whether it did. Emissive surfaces do not count as lights: they shine, but light nothing.
 pub fn light_if_dark(scene: &mut Scene) -> bool {
     let surroundings = &scene.surroundings;
-    let dark = scene.lights.is_empty() && surroundings.environment.is_none() && surroundings.ambient == Vec3::ZERO;
+    let dark = scene.lights.is_empty()
+        && surroundings.environment.is_none()
+        && surroundings.ambient == Vec3::ZERO;
     if dark {
         add_studio(scene);
     }
@@ -113,7 +133,11 @@ pub fn light_if_dark(scene: &mut Scene) -> bool {
 /// The file's first camera; without one, a view of the whole scene, three-quarter from above.
 #[must_use]
 pub fn default_camera(scene: &Scene) -> Camera {
-    scene.cameras.first().cloned().unwrap_or_else(|| framing_camera(scene, 4.0 / 3.0))
+    scene
+        .cameras
+        .first()
+        .cloned()
+        .unwrap_or_else(|| framing_camera(scene, 4.0 / 3.0))
 }
 
 /// A view of the whole scene, three-quarter from above, for pictures of this aspect (width over height).

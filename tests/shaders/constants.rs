@@ -6,8 +6,8 @@ use naga::Module;
 use raytree::{
     Feature, Preset, ProgramFeatures, Scene, Shading, build_bvh,
     model::{
-        AlphaMode, Filter, Geometry, Image, Light, LightKind, Material, Texture, TextureRef, Triangle, Volume,
-        WhittedCoefficients, Wrap,
+        AlphaMode, Filter, Geometry, Image, Light, LightKind, Material, Texture, TextureRef,
+        Triangle, Volume, WhittedCoefficients, Wrap,
     },
 };
 use raytree_gpu::{GpuScene, source, types::TextureUse};
@@ -24,22 +24,44 @@ fn scene_of(materials: Vec<Material>) -> Scene {
     for material in 0..materials.len() as u32 {
         let first = geometry.positions.len() as u32;
         let z = material as f32;
-        geometry.positions.extend([Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, z), Vec3::new(0.0, 1.0, z)]);
+        geometry.positions.extend([
+            Vec3::new(0.0, 0.0, z),
+            Vec3::new(1.0, 0.0, z),
+            Vec3::new(0.0, 1.0, z),
+        ]);
         geometry.normals.extend([Vec3::Z; 3]);
-        geometry.triangles.push(Triangle { vertices: [first, first + 1, first + 2], material, node: 0 });
+        geometry.triangles.push(Triangle {
+            vertices: [first, first + 1, first + 2],
+            material,
+            node: 0,
+        });
     }
-    Scene { geometry, materials, nodes: vec!["all".to_owned()], ..Scene::default() }
+    Scene {
+        geometry,
+        materials,
+        nodes: vec!["all".to_owned()],
+        ..Scene::default()
+    }
 }
 
 fn upload(scene: &Scene, shading: Shading) -> GpuScene {
     let bvh = build_bvh(scene, Preset::Fast).expect("few triangles");
-    let features = ProgramFeatures::everything().with(Feature::Whitted, shading == Shading::Whitted);
+    let features =
+        ProgramFeatures::everything().with(Feature::Whitted, shading == Shading::Whitted);
     GpuScene::new(scene, &bvh, features, shading).expect("few media")
 }
 
 fn glass() -> Material {
-    let volume = Volume { attenuation_color: Vec3::ONE, attenuation_distance: f64::INFINITY };
-    Material { metallic: 0.0, transmission: 1.0, volume: Some(volume), ..Material::default() }
+    let volume = Volume {
+        attenuation_color: Vec3::ONE,
+        attenuation_distance: f64::INFINITY,
+    };
+    Material {
+        metallic: 0.0,
+        transmission: 1.0,
+        volume: Some(volume),
+        ..Material::default()
+    }
 }
 
 #[test]
@@ -48,12 +70,27 @@ fn flags_of_leaves() {
     let [culled, transparent, index] =
         ["LEAF_CULLED", "LEAF_TRANSPARENT", "LEAF_TRIANGLE"].map(|name| constant(&module, name));
     assert_eq!((culled | transparent) & index, 0, "flags and index overlap");
-    let double_sided = Material { double_sided: true, ..Material::default() };
+    let double_sided = Material {
+        double_sided: true,
+        ..Material::default()
+    };
     let cases = [
         (Material::default(), culled),
         (double_sided.clone(), 0),
-        (Material { alpha_mode: AlphaMode::Blend, ..double_sided.clone() }, transparent),
-        (Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..Material::default() }, culled | transparent),
+        (
+            Material {
+                alpha_mode: AlphaMode::Blend,
+                ..double_sided.clone()
+            },
+            transparent,
+        ),
+        (
+            Material {
+                alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+                ..Material::default()
+            },
+            culled | transparent,
+        ),
         (glass(), transparent),
     ];
     let (materials, expected): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
@@ -61,7 +98,11 @@ fn flags_of_leaves() {
     assert_eq!(gpu.leaf_triangles.len(), expected.len());
     for entry in &gpu.leaf_triangles {
         let triangle = entry & index;
-        assert_eq!(entry & !index, expected[triangle as usize], "triangle {triangle}");
+        assert_eq!(
+            entry & !index,
+            expected[triangle as usize],
+            "triangle {triangle}"
+        );
     }
 }
 
@@ -69,16 +110,67 @@ fn flags_of_leaves() {
 fn flags_of_materials() {
     let module = parsed();
     let none = WhittedCoefficients::default();
-    let with = |whitted| Material { whitted: Some(whitted), ..Material::default() };
+    let with = |whitted| Material {
+        whitted: Some(whitted),
+        ..Material::default()
+    };
     let cases = [
-        ("MATERIAL_MASK", Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..Material::default() }),
-        ("MATERIAL_BLEND", Material { alpha_mode: AlphaMode::Blend, ..Material::default() }),
-        ("MATERIAL_UNLIT", Material { unlit: true, ..Material::default() }),
-        ("MATERIAL_KA", with(WhittedCoefficients { ka: Some(0.5), ..none })),
-        ("MATERIAL_KD", with(WhittedCoefficients { kd: Some(0.5), ..none })),
-        ("MATERIAL_KS", with(WhittedCoefficients { ks: Some(Vec3::ONE), ..none })),
-        ("MATERIAL_N", with(WhittedCoefficients { n: Some(5.0), ..none })),
-        ("MATERIAL_KT", with(WhittedCoefficients { kt: Some(Vec3::ONE), ..none })),
+        (
+            "MATERIAL_MASK",
+            Material {
+                alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+                ..Material::default()
+            },
+        ),
+        (
+            "MATERIAL_BLEND",
+            Material {
+                alpha_mode: AlphaMode::Blend,
+                ..Material::default()
+            },
+        ),
+        (
+            "MATERIAL_UNLIT",
+            Material {
+                unlit: true,
+                ..Material::default()
+            },
+        ),
+        (
+            "MATERIAL_KA",
+            with(WhittedCoefficients {
+                ka: Some(0.5),
+                ..none
+            }),
+        ),
+        (
+            "MATERIAL_KD",
+            with(WhittedCoefficients {
+                kd: Some(0.5),
+                ..none
+            }),
+        ),
+        (
+            "MATERIAL_KS",
+            with(WhittedCoefficients {
+                ks: Some(Vec3::ONE),
+                ..none
+            }),
+        ),
+        (
+            "MATERIAL_N",
+            with(WhittedCoefficients {
+                n: Some(5.0),
+                ..none
+            }),
+        ),
+        (
+            "MATERIAL_KT",
+            with(WhittedCoefficients {
+                kt: Some(Vec3::ONE),
+                ..none
+            }),
+        ),
     ];
     let (names, mut materials): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
     materials.push(Material::default());
@@ -86,23 +178,47 @@ fn flags_of_materials() {
     for (name, material) in names.iter().zip(&gpu.materials) {
         assert_eq!(material.flags, constant(&module, name), "{name}");
     }
-    assert_eq!(gpu.materials[names.len()].flags, 0, "glTF's default material has no flag");
+    assert_eq!(
+        gpu.materials[names.len()].flags,
+        0,
+        "glTF's default material has no flag"
+    );
 }
 
 #[test]
 fn an_infinite_index_and_no_texture() {
     let module = parsed();
-    let gpu = upload(&scene_of(vec![Material { ior: f32::INFINITY, ..Material::default() }]), Shading::Pbr);
-    assert_eq!(gpu.materials[0].ior.to_bits(), constant(&module, "IOR_INFINITE"));
+    let gpu = upload(
+        &scene_of(vec![Material {
+            ior: f32::INFINITY,
+            ..Material::default()
+        }]),
+        Shading::Pbr,
+    );
+    assert_eq!(
+        gpu.materials[0].ior.to_bits(),
+        constant(&module, "IOR_INFINITE")
+    );
     assert_eq!(TextureUse::NONE.texture, constant(&module, "NO_TEXTURE"));
-    assert!(gpu.materials[0].textures.iter().all(|texture| texture.texture == TextureUse::NONE.texture));
+    assert!(
+        gpu.materials[0]
+            .textures
+            .iter()
+            .all(|texture| texture.texture == TextureUse::NONE.texture)
+    );
 }
 
 /// Each texture of a material lies where the shaders look for it.
 #[test]
 fn order_of_textures() {
     let module = parsed();
-    let use_of = |texture| Some(TextureRef { texture, uv_set: 0, transform: TextureRef::IDENTITY });
+    let use_of = |texture| {
+        Some(TextureRef {
+            texture,
+            uv_set: 0,
+            transform: TextureRef::IDENTITY,
+        })
+    };
     let material = Material {
         base_color_texture: use_of(0),
         metallic_roughness_texture: use_of(1),
@@ -126,7 +242,11 @@ fn order_of_textures() {
         "SPECULAR_COLOR_TEXTURE",
     ];
     for (name, texture) in names.into_iter().zip(0_u32..) {
-        assert_eq!(gpu.materials[0].textures[constant(&module, name) as usize].texture, texture, "{name}");
+        assert_eq!(
+            gpu.materials[0].textures[constant(&module, name) as usize].texture,
+            texture,
+            "{name}"
+        );
     }
 }
 
@@ -139,14 +259,33 @@ fn flags_of_textures() {
         (Wrap::ClampToEdge, "WRAP_CLAMP"),
     ];
     let mut scene = scene_of(vec![Material::default()]);
-    scene.images.push(Image { name: String::new(), width: 1, height: 1, texels: vec![[0; 4]] });
+    scene.images.push(Image {
+        name: String::new(),
+        width: 1,
+        height: 1,
+        texels: vec![[0; 4]],
+    });
     let mut expected = Vec::new();
     for (wrap_u, name_u) in wraps {
         for (wrap_v, name_v) in wraps {
-            for (filter, nearest) in [(Filter::Linear, 0), (Filter::Nearest, constant(&module, "TEXTURE_NEAREST"))] {
+            for (filter, nearest) in [
+                (Filter::Linear, 0),
+                (Filter::Nearest, constant(&module, "TEXTURE_NEAREST")),
+            ] {
                 for (srgb, decoded) in [(false, 0), (true, constant(&module, "TEXTURE_SRGB"))] {
-                    scene.textures.push(Texture { image: 0, wrap_u, wrap_v, filter, srgb });
-                    expected.push(constant(&module, name_u) | (constant(&module, name_v) << 2) | nearest | decoded);
+                    scene.textures.push(Texture {
+                        image: 0,
+                        wrap_u,
+                        wrap_v,
+                        filter,
+                        srgb,
+                    });
+                    expected.push(
+                        constant(&module, name_u)
+                            | (constant(&module, name_v) << 2)
+                            | nearest
+                            | decoded,
+                    );
                 }
             }
         }
@@ -163,10 +302,23 @@ fn kinds_of_lights() {
     let kinds = [
         ("LIGHT_DIRECTIONAL", LightKind::Directional { direction }),
         ("LIGHT_POINT", LightKind::Point { position, range }),
-        ("LIGHT_SPOT", LightKind::Spot { position, direction, range, inner_cone_angle: 0.1, outer_cone_angle: 0.2 }),
+        (
+            "LIGHT_SPOT",
+            LightKind::Spot {
+                position,
+                direction,
+                range,
+                inner_cone_angle: 0.1,
+                outer_cone_angle: 0.2,
+            },
+        ),
     ];
     let mut scene = scene_of(vec![Material::default()]);
-    let light = |kind| Light { name: String::new(), kind, intensity: DVec3::ONE };
+    let light = |kind| Light {
+        name: String::new(),
+        kind,
+        intensity: DVec3::ONE,
+    };
     scene.lights = kinds.map(|(_, kind)| light(kind)).to_vec();
     let gpu = upload(&scene, Shading::Pbr);
     for ((name, _), light) in kinds.iter().zip(&gpu.lights) {
@@ -178,12 +330,18 @@ fn kinds_of_lights() {
 #[test]
 fn media_fit_a_byte() {
     let glasses = |count: u16| -> Vec<Material> {
-        (0..count).map(|k| Material { ior: 1.0 + f32::from(k) / 256.0, ..glass() }).collect()
+        (0..count)
+            .map(|k| Material {
+                ior: 1.0 + f32::from(k) / 256.0,
+                ..glass()
+            })
+            .collect()
     };
     let media = |count| {
         let scene = scene_of(glasses(count));
         let bvh = build_bvh(&scene, Preset::Fast).expect("few triangles");
-        GpuScene::new(&scene, &bvh, ProgramFeatures::everything(), Shading::Pbr).map(|gpu| gpu.media.len())
+        GpuScene::new(&scene, &bvh, ProgramFeatures::everything(), Shading::Pbr)
+            .map(|gpu| gpu.media.len())
     };
     assert_eq!(media(255).expect("255 fit"), 255);
     assert!(media(256).is_err());

@@ -22,8 +22,16 @@ struct Field {
 }
 
 fn field<S, T>(name: &str, offset: usize, _: fn(&S) -> &T) -> Field {
-    let scalar = ["u32", "f32"].into_iter().find(|scalar| type_name::<T>().contains(scalar)).unwrap_or_default();
-    Field { name: name.to_owned(), offset, size: size_of::<T>(), scalar }
+    let scalar = ["u32", "f32"]
+        .into_iter()
+        .find(|scalar| type_name::<T>().contains(scalar))
+        .unwrap_or_default();
+    Field {
+        name: name.to_owned(),
+        offset,
+        size: size_of::<T>(),
+        scalar,
+    }
 }
 
 /// Layouts of the host's structs. The pattern without `..` does not compile if a field is left out.
@@ -71,16 +79,27 @@ fn on_host() -> Vec<Layout> {
 /// The shaders' struct of this name.
 fn on_device(module: &Module, name: &str) -> Option<Layout> {
     let mut layouter = Layouter::default();
-    layouter.update(module.to_ctx()).expect("a module that parses has a layout");
-    let (handle, found) = module.types.iter().find(|(_, found)| found.name.as_deref() == Some(name))?;
-    let TypeInner::Struct { members, .. } = &found.inner else { return None };
+    layouter
+        .update(module.to_ctx())
+        .expect("a module that parses has a layout");
+    let (handle, found) = module
+        .types
+        .iter()
+        .find(|(_, found)| found.name.as_deref() == Some(name))?;
+    let TypeInner::Struct { members, .. } = &found.inner else {
+        return None;
+    };
     let fields = members.iter().map(|member| Field {
         name: member.name.clone().unwrap_or_default(),
         offset: member.offset as usize,
         size: layouter[member.ty].size as usize,
         scalar: scalar_of(module, &module.types[member.ty].inner),
     });
-    Some(Layout { name: name.to_owned(), size: layouter[handle].size as usize, fields: fields.collect() })
+    Some(Layout {
+        name: name.to_owned(),
+        size: layouter[handle].size as usize,
+        fields: fields.collect(),
+    })
 }
 
 fn scalar_of(module: &Module, inner: &TypeInner) -> &'static str {
@@ -103,14 +122,16 @@ fn difference(host: &Layout, device: &Layout) -> Option<String> {
 }
 
 fn parsed() -> Module {
-    raytree_gpu::source::parse(raytree_gpu::source::Limits::for_depth(32)).unwrap_or_else(|error| panic!("{error}"))
+    raytree_gpu::source::parse(raytree_gpu::source::Limits::for_depth(32))
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
 fn shared_structs_lie_alike() {
     let module = parsed();
     for host in on_host() {
-        let device = on_device(&module, &host.name).unwrap_or_else(|| panic!("shaders/ has no struct {}", host.name));
+        let device = on_device(&module, &host.name)
+            .unwrap_or_else(|| panic!("shaders/ has no struct {}", host.name));
         assert_eq!(difference(&host, &device), None);
     }
 }
@@ -119,16 +140,28 @@ fn shared_structs_lie_alike() {
 #[test]
 fn every_shared_struct_is_compared() {
     let compared: BTreeSet<String> = on_host().into_iter().map(|layout| layout.name).collect();
-    let types = SOURCE_FILES.iter().find(|file| file.path == "types.wgsl").expect("types.wgsl is a source file");
-    let declared = types.text.lines().filter_map(|line| line.strip_prefix("struct ")?.split_whitespace().next());
-    assert_eq!(declared.map(str::to_owned).collect::<BTreeSet<_>>(), compared);
+    let types = SOURCE_FILES
+        .iter()
+        .find(|file| file.path == "types.wgsl")
+        .expect("types.wgsl is a source file");
+    let declared = types
+        .text
+        .lines()
+        .filter_map(|line| line.strip_prefix("struct ")?.split_whitespace().next());
+    assert_eq!(
+        declared.map(str::to_owned).collect::<BTreeSet<_>>(),
+        compared
+    );
 }
 
 /// The comparison has to be able to fail: a field moved, resized, renamed, of another kind, or missing.
 #[test]
 fn a_different_layout_is_noticed() {
     let module = parsed();
-    let host = on_host().into_iter().find(|layout| layout.name == "Light").expect("there is a Light");
+    let host = on_host()
+        .into_iter()
+        .find(|layout| layout.name == "Light")
+        .expect("there is a Light");
     let device = on_device(&module, "Light").expect("there is a Light");
     let changes: [fn(&mut Layout); 6] = [
         |layout| layout.fields[2].offset += 4,

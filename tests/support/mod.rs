@@ -1,5 +1,6 @@
 //! What the tests share: the device, the scenes, and where pictures of failures go.
 #![allow(dead_code, reason = "each test uses a part of it")]
+#![allow(clippy::print_stdout, reason = "a test says what it skips")]
 
 pub mod random;
 pub mod scenes;
@@ -10,7 +11,9 @@ use std::{
     sync::OnceLock,
 };
 
-use raytree::{Camera, Device, DeviceChoice, Film, Preset, RenderSettings, Rendering, Scene, WriteOptions};
+use raytree::{
+    Camera, Device, DeviceChoice, Film, Preset, RenderSettings, Rendering, Scene, WriteOptions,
+};
 
 /// The project's root.
 pub fn root() -> &'static Path {
@@ -29,7 +32,9 @@ pub fn device() -> Option<&'static Device> {
             };
             match Device::open(&choice) {
                 Ok(device) => Some(device),
-                Err(error) if std::env::var_os("RAYTREE_REQUIRE_DEVICE").is_some() => panic!("{error}"),
+                Err(error) if std::env::var_os("RAYTREE_REQUIRE_DEVICE").is_some() => {
+                    panic!("{error}")
+                }
                 Err(error) => {
                     println!("skipped: {error}");
                     None
@@ -54,16 +59,26 @@ pub fn own_scenes() -> Vec<PathBuf> {
     let mut scenes: Vec<PathBuf> = fs::read_dir(root().join("assets"))
         .expect("assets/ is part of the project")
         .map(|entry| entry.expect("a readable entry").path())
-        .filter(|path| path.extension().is_some_and(|ending| ending == "glb" || ending == "gltf"))
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|ending| ending == "glb" || ending == "gltf")
+        })
         .collect();
     scenes.sort();
-    assert!(scenes.len() >= 8, "assets/ has only {} scenes", scenes.len());
+    assert!(
+        scenes.len() >= 8,
+        "assets/ has only {} scenes",
+        scenes.len()
+    );
     scenes
 }
 
 /// A file's name without its ending.
 pub fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// Imports a scene that has to be right.
@@ -78,8 +93,14 @@ pub fn camera(scene: &Scene) -> Camera {
 
 /// Renders with counters on.
 pub fn render(device: &Device, scene: &Scene, settings: &RenderSettings) -> Rendering {
-    raytree::render(device, scene, Preset::default(), settings, &mut raytree::unobserved)
-        .unwrap_or_else(|error| panic!("{error}"))
+    raytree::render(
+        device,
+        scene,
+        Preset::default(),
+        settings,
+        &mut raytree::unobserved,
+    )
+    .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Where a failing test leaves its pictures.
@@ -92,7 +113,11 @@ pub fn artefact(name: &str) -> PathBuf {
 /// Writes a film for a person to look at, as it is, without tone mapping.
 pub fn write(film: &Film, name: &str) -> PathBuf {
     let path = artefact(name);
-    let options = WriteOptions { tone: raytree::ToneMap::None, ..WriteOptions::default() };
-    film.write(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+    let options = WriteOptions {
+        tone: raytree::ToneMap::None,
+        ..WriteOptions::default()
+    };
+    film.write(&path, &options)
+        .unwrap_or_else(|error| panic!("{error}"));
     path
 }

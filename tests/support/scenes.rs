@@ -26,7 +26,11 @@ impl Build {
     pub fn inside(radiance: [f32; 3]) -> Self {
         let mut build = Self::before([0.0; 3]);
         build.0.surroundings.background = Background::Environment;
-        let map = EquirectMap { width: 8, height: 4, texels: vec![radiance; 32] };
+        let map = EquirectMap {
+            width: 8,
+            height: 4,
+            texels: vec![radiance; 32],
+        };
         build.0.surroundings.environment = Some(Environment::new(map, 0.0));
         build
     }
@@ -39,7 +43,11 @@ impl Build {
 
     /// A light of this intensity in each channel.
     pub fn light(&mut self, kind: LightKind, intensity: f64) {
-        self.0.lights.push(Light { name: "light".to_owned(), kind, intensity: DVec3::splat(intensity) });
+        self.0.lights.push(Light {
+            name: "light".to_owned(),
+            kind,
+            intensity: DVec3::splat(intensity),
+        });
     }
 
     /// A vertex; its index.
@@ -51,7 +59,11 @@ impl Build {
 
     /// A triangle of vertices that are there, counter-clockwise.
     pub fn triangle(&mut self, vertices: [u32; 3], material: u32) {
-        self.0.geometry.triangles.push(Triangle { vertices, material, node: 0 });
+        self.0.geometry.triangles.push(Triangle {
+            vertices,
+            material,
+            node: 0,
+        });
     }
 
     /// A flat quadrangle, its corners counter-clockwise.
@@ -67,8 +79,16 @@ impl Build {
     pub fn square(&mut self, centre: Vec3, normal: Vec3, half: f32, material: u32) {
         let (right, up) = normal.normalize().any_orthonormal_pair();
         let (right, up) = (half * right, half * up);
-        let corners = [centre - right - up, centre + right - up, centre + right + up, centre - right + up];
-        let front = (corners[1] - corners[0]).cross(corners[3] - corners[0]).dot(normal) > 0.0;
+        let corners = [
+            centre - right - up,
+            centre + right - up,
+            centre + right + up,
+            centre - right + up,
+        ];
+        let front = (corners[1] - corners[0])
+            .cross(corners[3] - corners[0])
+            .dot(normal)
+            > 0.0;
         let [a, b, c, d] = corners;
         self.quad(if front { corners } else { [d, c, b, a] }, material);
     }
@@ -76,19 +96,47 @@ impl Build {
     /// A box, flat sides facing outwards.
     pub fn cuboid(&mut self, min: Vec3, max: Vec3, material: u32) {
         let corner = |k: usize| {
-            let choose = |axis: usize| if (k >> axis) & 1 == 0 { min[axis] } else { max[axis] };
+            let choose = |axis: usize| {
+                if (k >> axis) & 1 == 0 {
+                    min[axis]
+                } else {
+                    max[axis]
+                }
+            };
             Vec3::new(choose(0), choose(1), choose(2))
         };
-        for side in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+        for side in [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ] {
             self.quad(side.map(corner), material);
         }
     }
 
     /// A ball with smooth normals: an octahedron, each face cut into four `levels` times. Closed: neighbours share vertices.
     pub fn ball(&mut self, centre: Vec3, radius: f32, levels: u32, material: u32) {
-        let mut corners = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
-        let mut faces: Vec<[usize; 3]> =
-            vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let mut corners = vec![
+            Vec3::X,
+            Vec3::NEG_X,
+            Vec3::Y,
+            Vec3::NEG_Y,
+            Vec3::Z,
+            Vec3::NEG_Z,
+        ];
+        let mut faces: Vec<[usize; 3]> = vec![
+            [0, 2, 4],
+            [2, 1, 4],
+            [1, 3, 4],
+            [3, 0, 4],
+            [2, 0, 5],
+            [1, 2, 5],
+            [3, 1, 5],
+            [0, 3, 5],
+        ];
         for _ in 0..levels {
             let mut between = std::collections::BTreeMap::new();
             let mut middle = |a: usize, b: usize, corners: &mut Vec<Vec3>| {
@@ -99,7 +147,8 @@ impl Build {
             };
             let mut finer = Vec::with_capacity(4 * faces.len());
             for [a, b, c] in faces {
-                let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| middle(p, q, &mut corners));
+                let [ab, bc, ca] =
+                    [(a, b), (b, c), (c, a)].map(|(p, q)| middle(p, q, &mut corners));
                 finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
             }
             faces = finer;
@@ -119,7 +168,9 @@ impl Build {
             let middle = random.within(Vec3::NEG_ONE, Vec3::ONE);
             let size = 0.3 * random.unit().powi(4) as f32 + 0.002;
             let corners = [(); 3].map(|()| middle + size * random.direction());
-            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or(Vec3::Y);
+            let normal = (corners[1] - corners[0])
+                .cross(corners[2] - corners[0])
+                .normalize_or(Vec3::Y);
             let vertices = corners.map(|corner| self.vertex(corner, normal));
             self.triangle(vertices, material);
         }
@@ -129,7 +180,13 @@ impl Build {
 /// A diffuse dielectric of index 1, which reflects nothing but by its base colour.
 pub fn matte(base: [f32; 3]) -> Material {
     let [r, g, b] = base;
-    Material { base_color: Vec4::new(r, g, b, 1.0), metallic: 0.0, roughness: 1.0, ior: 1.0, ..Material::default() }
+    Material {
+        base_color: Vec4::new(r, g, b, 1.0),
+        metallic: 0.0,
+        roughness: 1.0,
+        ior: 1.0,
+        ..Material::default()
+    }
 }
 
 /// A camera that looks from `from` to `to` through a narrow opening: `yfov` in radians.
@@ -139,12 +196,26 @@ pub fn pinhole(from: Vec3, to: Vec3, yfov: f64) -> Camera {
 
 /// A camera with parallel rays, `half` the half side of its view.
 pub fn parallel(from: Vec3, to: Vec3, half: f64) -> Camera {
-    camera(from, to, Projection::Orthographic { xmag: half, ymag: half })
+    camera(
+        from,
+        to,
+        Projection::Orthographic {
+            xmag: half,
+            ymag: half,
+        },
+    )
 }
 
 fn camera(from: Vec3, to: Vec3, projection: Projection) -> Camera {
     let forward = (to - from).as_dvec3().normalize();
     let (right, _) = forward.any_orthonormal_pair();
     let up = right.cross(forward);
-    Camera { name: "test".to_owned(), position: from.as_dvec3(), right, up, forward, projection }
+    Camera {
+        name: "test".to_owned(),
+        position: from.as_dvec3(),
+        right,
+        up,
+        forward,
+        projection,
+    }
 }

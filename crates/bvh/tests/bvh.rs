@@ -35,7 +35,12 @@ fn soup(count: usize, size: f32) -> Vec<[Vec3; 3]> {
 fn assert_good(triangles: &[[Vec3; 3]]) {
     for preset in PRESETS {
         let bvh = build(triangles, preset).unwrap();
-        assert_eq!(check(&bvh, triangles, preset == Preset::Best), Ok(()), "{preset:?}, {} triangles", triangles.len());
+        assert_eq!(
+            check(&bvh, triangles, preset == Preset::Best),
+            Ok(()),
+            "{preset:?}, {} triangles",
+            triangles.len()
+        );
         assert!(bvh.depth >= u32::from(!triangles.is_empty()));
     }
 }
@@ -64,7 +69,11 @@ fn long_slivers_that_overlap() {
     let slivers: Vec<_> = (0..2000)
         .map(|_| {
             let at = numbers.point(0.1);
-            [at - vec3(1.0, 1.0, 1.0), at + vec3(1.0, 1.0, 1.0), at + vec3(1.0, 1.0, 1.0001)]
+            [
+                at - vec3(1.0, 1.0, 1.0),
+                at + vec3(1.0, 1.0, 1.0),
+                at + vec3(1.0, 1.0, 1.0001),
+            ]
         })
         .collect();
     assert_good(&slivers);
@@ -72,7 +81,14 @@ fn long_slivers_that_overlap() {
 
 #[test]
 fn triangles_in_one_place() {
-    assert_good(&vec![[vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)]; 5000]);
+    assert_good(&vec![
+        [
+            vec3(0.0, 0.0, 0.0),
+            vec3(1.0, 0.0, 0.0),
+            vec3(0.0, 1.0, 0.0)
+        ];
+        5000
+    ]);
 }
 
 #[test]
@@ -93,16 +109,27 @@ fn defects_are_found() {
     let mut twice = good.clone();
     let lost = twice.leaf_triangles[3];
     twice.leaf_triangles[3] = twice.leaf_triangles[4];
-    assert!(matches!(check(&twice, &triangles, true), Err(Defect::Missing(index)) if index == lost) );
+    assert!(
+        matches!(check(&twice, &triangles, true), Err(Defect::Missing(index)) if index == lost)
+    );
     assert!(check(&twice, &triangles, false).is_err());
 
     let mut moved = triangles.clone();
     moved[100][0] += Vec3::splat(0.5);
-    assert!(matches!(check(&good, &moved, false), Err(Defect::NotEnclosed { .. })));
+    assert!(matches!(
+        check(&good, &moved, false),
+        Err(Defect::NotEnclosed { .. })
+    ));
 
     let mut cut = good.clone();
     cut.leaf_triangles.truncate(10);
-    assert!(matches!(check(&cut, &triangles, false), Err(Defect::Dangling(_))));
+    assert!(matches!(
+        check(&cut, &triangles, false),
+        Err(Defect::Dangling(_))
+    ));
 
-    assert_eq!(check(&Bvh::default(), &triangles[..1], false), Err(Defect::Missing(0)));
+    assert_eq!(
+        check(&Bvh::default(), &triangles[..1], false),
+        Err(Defect::Missing(0))
+    );
 }

@@ -128,9 +128,8 @@ impl TextureTable {
             let image = EncodedImage::read(document, buffers, index, folder)?;
             total = total.saturating_add(u64::from(image.width) * u64::from(image.height));
             if total > max_texels {
-                let problem = format!(
-                    "the images hold more than {max_texels} texels; make them smaller"
-                );
+                let problem =
+                    format!("the images hold more than {max_texels} texels; make them smaller");
                 return Err(Fault::limit(image.place, problem));
             }
             encoded.push(image);

@@ -33,7 +33,9 @@ pub(super) fn read(uri: &str, place: &str, folder: &Path) -> Outcome<Vec<u8>> {
 
 /// The files that the document's buffers and images name.
 pub(super) fn files_beside(document: &Document, folder: &Path) -> Vec<PathBuf> {
-    let elements = ["buffers", "images"].into_iter().flat_map(|array| document.elements(array));
+    let elements = ["buffers", "images"]
+        .into_iter()
+        .flat_map(|array| document.elements(array));
     let uris = elements.filter_map(|element| element.get("uri")?.as_str());
     uris.filter(|uri| data(uri).is_none())
         .filter_map(|uri| relative_path(uri).ok())
