@@ -48,9 +48,10 @@ struct Crossing {
 fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
     var crossing: Crossing;
     crossing.through = media_;
-    let eta_i = medium_ior(media_);
+    var eta_i = 1.0;
     var eta_t = materials[surface.material].ior;
     if (HAS_SOLIDS) {
+        eta_i = medium_ior(media_);
         let medium = materials[surface.material].medium;
         if (medium != 0u) {
             if (surface.back) {

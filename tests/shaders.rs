@@ -196,7 +196,7 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
     (&[Feature::Absorption], &["medium_transmittance"]),
     (
         &[Feature::Solids, Feature::Absorption],
-        &["media", "medium_ior", "innermost_medium"],
+        &["media", "innermost_medium"],
     ),
     (&[Feature::TransparentShadows], &["pass_shadow"]),
     (
@@ -253,16 +253,6 @@ fn a_program_has_one_shading_model() {
             assert!(has(features, &format!("{present}_{part}")));
             assert!(!has(features, &format!("{absent}_{part}")));
         }
-    }
-}
-
-/// The three kinds of rays that a surface spawns are three calls, each of its own feature.
-#[test]
-fn rays_are_spawned_where_features_say() {
-    let spawning = [Feature::Reflection, Feature::Transmission, Feature::Blend];
-    for count in 0..=spawning.len() {
-        let module = program(Kernel::Render, everything_but(&spawning[count..]));
-        assert_eq!(call_sites(&module, "spawn").unwrap_or(0), count);
     }
 }
 
@@ -379,36 +369,18 @@ fn scenes_get_the_program_that_they_need() {
         ))
     };
     let own = |name: &str| support::import(&support::root().join("assets").join(name));
-    let lacks = |found: &BTreeSet<String>, absent: &[&str]| {
-        absent.iter().all(|name| !found.contains(*name))
+    let unneeded = |found: &BTreeSet<String>, absent: &[&str]| {
+        absent.iter().filter(|name| found.contains(**name)).map(|name| (*name).to_owned()).collect::<Vec<_>>()
     };
+    let none: [String; 0] = [];
 
     let empty = of(&Scene::default(), Shading::Pbr);
-    assert!(lacks(
-        &empty,
-        &[
-            "lights",
-            "media",
-            "textures",
-            "environment",
-            "attributes",
-            "spawn",
-            "tally"
-        ]
-    ));
+    let absent = ["lights", "media", "textures", "environment", "attributes", "spawn", "tally"];
+    assert_eq!(unneeded(&empty, &absent), none);
     let mirrors = of(&own("facing-mirrors.glb"), Shading::Pbr);
     assert!(mirrors.contains("spawn"));
-    assert!(lacks(
-        &mirrors,
-        &[
-            "refracted_direction",
-            "leave_medium",
-            "pass_shadow",
-            "media",
-            "textures",
-            "whitted_direct"
-        ]
-    ));
+    let absent = ["refracted_direction", "leave_medium", "pass_shadow", "media", "normal_from_map", "whitted_direct"];
+    assert_eq!(unneeded(&mirrors, &absent), none);
     let glass = of(&own("glass-in-water.glb"), Shading::Pbr);
     assert!(
         glass.contains("refracted_direction")
