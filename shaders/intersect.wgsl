@@ -15,28 +15,47 @@ struct TriangleHit {
     valid: bool,
 }
 
-// Edge functions in Pluecker form on vertices relative to the ray's origin. The value at an edge is a product of the same
-// numbers in both triangles that share it, with opposite sign, so a ray can't slip between them.
-fn intersect_triangle(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> TriangleHit {
+// The plane that a ray's triangle tests look at: across its direction, sheared along the axis that it runs along most
+// (Woop, Benthin and Wald 2013). Rows of the map from space, relative to the ray's origin.
+struct View {
+    row_x: vec3f,
+    row_y: vec3f,
+}
+
+fn view_along(direction: vec3f) -> View {
+    let size = abs(direction);
+    if (size.z >= size.x && size.z >= size.y) {
+        return View(vec3f(1.0, 0.0, -direction.x / direction.z), vec3f(0.0, 1.0, -direction.y / direction.z));
+    }
+    if (size.x >= size.y) {
+        return View(vec3f(-direction.y / direction.x, 1.0, 0.0), vec3f(-direction.z / direction.x, 0.0, 1.0));
+    }
+    return View(vec3f(1.0, -direction.x / direction.y, 0.0), vec3f(0.0, -direction.z / direction.y, 1.0));
+}
+
+// Edge functions in two dimensions. A vertex has the same place in the plane in every triangle that it belongs to, and the
+// value at an edge is a product of the same numbers, with opposite sign, in both triangles that share it: a ray slips through
+// neither edges nor vertices. (Edge functions in space, dot(d, cross(a, b)), hold at edges only: close to a vertex they are
+// differences of products with the distance to the origin, and their signs are noise.)
+fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, v0: vec3f, v1: vec3f, v2: vec3f) -> TriangleHit {
     let a = v0 - origin;
     let b = v1 - origin;
     let c = v2 - origin;
-    // Each is six times the signed volume that the direction spans with an edge.
-    let w0 = dot(direction, cross(c, b));
-    let w1 = dot(direction, cross(a, c));
-    let w2 = dot(direction, cross(b, a));
-    let lowest = min(w0, min(w1, w2));
-    let highest = max(w0, max(w1, w2));
-    let normal = cross(b - a, c - a);
+    let x = vec3f(dot(view.row_x, a), dot(view.row_x, b), dot(view.row_x, c));
+    let y = vec3f(dot(view.row_y, a), dot(view.row_y, b), dot(view.row_y, c));
+    // Twice the areas that the ray spans with edges 1-2, 2-0 and 0-1.
+    let areas = x.zxy * y.yzx - y.zxy * x.yzx;
+    let lowest = min(areas.x, min(areas.y, areas.z));
+    let highest = max(areas.x, max(areas.y, areas.z));
+    let normal = cross(v1 - v0, v2 - v0);
     let slope = dot(normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
     let valid = (lowest >= 0.0 || highest <= 0.0) && slope != 0.0;
     return TriangleHit(select(0.0, dot(normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
 }
 
-// Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997). The edge functions above
-// give them too, but badly: they are differences of products with the distance to the origin, which for a triangle of size
-// s at distance d leaves an error of eps (d/s)^2. Here it is eps d/s, and so are the errors of the interpolated normals.
+// Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997): once for a hit, from the
+// triangle's own edges, so the error is eps d/s for a triangle of size s at distance d, and so are those of interpolated normals.
 fn barycentrics(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> vec2f {
     let e1 = v1 - v0;
     let e2 = v2 - v0;

@@ -22,37 +22,45 @@ struct Surface {
     node: u32,
 }
 
-// The three vertices of a hit with their weights.
+// The three vertices of a hit, and the weights of the second and third.
 struct Corners {
     vertices: vec3u,
-    weights: vec3f,
+    u: f32,
+    v: f32,
 }
 
+fn normal_at(vertex: u32) -> vec3f {
+    let at = 3u * vertex;
+    return vec3f(normals[at], normals[at + 1u], normals[at + 2u]);
+}
+
+fn attribute_at(offset: u32, vertex: u32) -> vec4f {
+    let at = offset + 4u * vertex;
+    return vec4f(attributes[at], attributes[at + 1u], attributes[at + 2u], attributes[at + 3u]);
+}
+
+fn uv_at(uv_set: u32, vertex: u32) -> vec2f {
+    let at = 2u * (uv_set * frame.vertex_count + vertex);
+    return vec2f(attributes[at], attributes[at + 1u]);
+}
+
+// Interpolation from a corner along the edges: what is the same at all three corners stays just that.
+
 fn interpolated_normal(corners: Corners) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var k = 0u; k < 3u; k++) {
-        let at = 3u * corners.vertices[k];
-        sum += corners.weights[k] * vec3f(normals[at], normals[at + 1u], normals[at + 2u]);
-    }
-    return sum;
+    let first = normal_at(corners.vertices.x);
+    return first + corners.u * (normal_at(corners.vertices.y) - first) + corners.v * (normal_at(corners.vertices.z) - first);
 }
 
 fn interpolated_attribute(corners: Corners, offset: u32) -> vec4f {
-    var sum = vec4f(0.0);
-    for (var k = 0u; k < 3u; k++) {
-        let at = offset + 4u * corners.vertices[k];
-        sum += corners.weights[k] * vec4f(attributes[at], attributes[at + 1u], attributes[at + 2u], attributes[at + 3u]);
-    }
-    return sum;
+    let first = attribute_at(offset, corners.vertices.x);
+    return first + corners.u * (attribute_at(offset, corners.vertices.y) - first)
+        + corners.v * (attribute_at(offset, corners.vertices.z) - first);
 }
 
 fn interpolated_uv(corners: Corners, uv_set: u32) -> vec2f {
-    var sum = vec2f(0.0);
-    for (var k = 0u; k < 3u; k++) {
-        let at = 2u * (uv_set * frame.vertex_count + corners.vertices[k]);
-        sum += corners.weights[k] * vec2f(attributes[at], attributes[at + 1u]);
-    }
-    return sum;
+    let first = uv_at(uv_set, corners.vertices.x);
+    return first + corners.u * (uv_at(uv_set, corners.vertices.y) - first)
+        + corners.v * (uv_at(uv_set, corners.vertices.z) - first);
 }
 
 // All textures of a material, white where there is none. One loop, one call: lavapipe inlines each.
@@ -107,7 +115,7 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     let v1 = positions.v1;
     let v2 = positions.v2;
     let uv = barycentrics(origin, direction, v0, v1, v2);
-    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), vec3f(1.0 - uv.x - uv.y, uv.x, uv.y));
+    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), uv.x, uv.y);
     // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
     // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
     // than one rounding. Errors of the barycentrics move the point within the plane and don't count.

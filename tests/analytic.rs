@@ -5,15 +5,16 @@
 
 mod support;
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, fs, path::Path};
 
 use glam::{DVec3, Vec3, Vec4};
 use raytree::{
-    Background, Environment, Feature, Film, Preset, ProgramFeatures, RenderSettings, Scene, Shading,
+    Background, Environment, Feature, Film, Preset, ProgramFeatures, RenderSettings, Scene,
+    Shading,
     model::{AlphaMode, LightKind, Material, Volume, WhittedCoefficients},
 };
 use raytree_scene::environment::EquirectMap;
-use support::scenes::{Build, matte, parallel};
+use support::scenes::{Build, matte, parallel, unfiltered};
 
 /// Largest relative error. f32 has 6e-8 a rounding; a pixel takes some hundred.
 const TOLERANCE: f64 = 2e-5;
@@ -34,7 +35,10 @@ impl Shot {
     fn view(build: Build, from: Vec3, to: Vec3, half: f64, pixels: u32) -> Self {
         let mut settings = RenderSettings::new(pixels, pixels, parallel(from, to, half));
         settings.min_weight = 0.0;
-        Self { scene: build.0, settings }
+        Self {
+            scene: build.0,
+            settings,
+        }
     }
 
     fn whitted(mut self) -> Self {
@@ -52,11 +56,22 @@ impl Shot {
         let device = support::device()?;
         let features = ProgramFeatures::everything()
             .with(Feature::VertexColors, false)
-            .with(Feature::Environment, self.scene.surroundings.environment.is_some())
+            .with(
+                Feature::Environment,
+                self.scene.surroundings.environment.is_some(),
+            )
             .with(Feature::Whitted, self.settings.shading == Shading::Whitted);
-        let bvh = raytree::build_bvh(&self.scene, Preset::Balanced).unwrap_or_else(|error| panic!("{error}"));
+        let bvh = raytree::build_bvh(&self.scene, Preset::Balanced)
+            .unwrap_or_else(|error| panic!("{error}"));
         let observer = &mut raytree::unobserved;
-        let rendered = raytree_gpu::render_with(device, &self.scene, &bvh, &self.settings, features, observer);
+        let rendered = raytree_gpu::render_with(
+            device,
+            &self.scene,
+            &bvh,
+            &self.settings,
+            features,
+            observer,
+        );
         Some(rendered.unwrap_or_else(|error| panic!("{error}")).film)
     }
 
@@ -70,14 +85,19 @@ impl Shot {
     fn shows_within(&self, expected: [f64; 3], tolerance: f64) {
         let Some(film) = self.film() else { return };
         for (index, found) in film.radiance.iter().enumerate() {
-            assert!(near(*found, expected, tolerance), "pixel {index}: {found:?}, on paper {expected:?}");
+            assert!(
+                near(*found, expected, tolerance),
+                "pixel {index}: {found:?}, on paper {expected:?}"
+            );
         }
     }
 }
 
 /// Each channel is within `tolerance` of its expected value, relative to it or to a hundredth.
 fn near(found: [f32; 3], expected: [f64; 3], tolerance: f64) -> bool {
-    found.iter().zip(expected).all(|(found, expected)| (f64::from(*found) - expected).abs() <= tolerance * expected.abs().max(0.01))
+    found.iter().zip(expected).all(|(found, expected)| {
+        (f64::from(*found) - expected).abs() <= tolerance * expected.abs().max(0.01)
+    })
 }
 
 /// The comparison has to be able to fail.
@@ -100,19 +120,37 @@ fn grey(value: f64) -> [f64; 3] {
 
 /// Smooth and clear, of this index; `specular` 0 refracts without reflecting.
 fn glass(ior: f32, specular: f32) -> Material {
-    let volume = Volume { attenuation_color: Vec3::ONE, attenuation_distance: f64::INFINITY };
-    Material { ior, specular, metallic: 0.0, roughness: 0.0, transmission: 1.0, volume: Some(volume), ..Material::default() }
+    let volume = Volume {
+        attenuation_color: Vec3::ONE,
+        attenuation_distance: f64::INFINITY,
+    };
+    Material {
+        ior,
+        specular,
+        metallic: 0.0,
+        roughness: 0.0,
+        transmission: 1.0,
+        volume: Some(volume),
+        ..Material::default()
+    }
 }
 
 /// Shines, and reflects nothing.
 fn lamp(radiance: [f32; 3]) -> Material {
-    Material { emissive: radiance.into(), specular: 0.0, ..matte([0.0; 3]) }
+    Material {
+        emissive: radiance.into(),
+        specular: 0.0,
+        ..matte([0.0; 3])
+    }
 }
 
 /// A matte floor at y = 0, seen from above at x.
 fn floor_at(x: f32, albedo: [f32; 3], light: LightKind, intensity: f64) -> Shot {
     let mut build = Build::before([0.0; 3]);
-    let floor = build.material(Material { specular: 0.0, ..matte(albedo) });
+    let floor = build.material(Material {
+        specular: 0.0,
+        ..matte(albedo)
+    });
     build.square(Vec3::ZERO, Vec3::Y, 2.0, floor);
     build.light(light, intensity);
     Shot::ray(build, at(x, 1.5, 0.1), at(x, 0.0, 0.1))
@@ -123,18 +161,33 @@ fn floor_at(x: f32, albedo: [f32; 3], light: LightKind, intensity: f64) -> Shot 
 #[test]
 fn a_point_light_falls_off_by_cosine_and_square() {
     let albedo = [0.8, 0.5, 0.1];
-    for (x, height) in [(0.0, 1.0), (0.0, 0.25), (0.5, 0.5), (1.5, 0.5), (-1.0, 0.01)] {
+    for (x, height) in [
+        (0.0, 1.0),
+        (0.0, 0.25),
+        (0.5, 0.5),
+        (1.5, 0.5),
+        (-1.0, 0.01),
+    ] {
         let position = DVec3::new(0.0, height, 0.1_f32.into());
-        let light = LightKind::Point { position, range: f64::INFINITY };
+        let light = LightKind::Point {
+            position,
+            range: f64::INFINITY,
+        };
         let square = f64::from(x).powi(2) + height * height;
         let irradiance = 3.0 * height / square.sqrt() / square;
-        floor_at(x, albedo, light, 3.0).shows(albedo.map(|albedo| f64::from(albedo) / PI * irradiance));
+        floor_at(x, albedo, light, 3.0)
+            .shows(albedo.map(|albedo| f64::from(albedo) / PI * irradiance));
     }
 }
 
 #[test]
 fn a_range_ends_a_light_smoothly() {
-    for (range, window) in [(2.0, 1.0 - 0.0625), (1.25, 1.0 - 0.8_f64.powi(4)), (1.0, 0.0), (0.5, 0.0)] {
+    for (range, window) in [
+        (2.0, 1.0 - 0.0625),
+        (1.25, 1.0 - 0.8_f64.powi(4)),
+        (1.0, 0.0),
+        (0.5, 0.0),
+    ] {
         let position = DVec3::new(0.0, 1.0, 0.1_f32.into());
         floor_at(0.0, [1.0; 3], LightKind::Point { position, range }, 1.0).shows(grey(window / PI));
     }
@@ -144,7 +197,9 @@ fn a_range_ends_a_light_smoothly() {
 fn a_directional_light_has_no_distance() {
     for degrees in [0.0_f64, 30.0, 80.0, 89.9, 100.0, 180.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        let light = LightKind::Directional { direction: DVec3::new(sin, -cos, 0.0) };
+        let light = LightKind::Directional {
+            direction: DVec3::new(sin, -cos, 0.0),
+        };
         floor_at(0.3, [0.5; 3], light, 2.0).shows(grey(cos.max(0.0) / PI));
     }
 }
@@ -169,11 +224,17 @@ fn a_spot_fades_between_its_angles() {
 
 #[test]
 fn lights_add_up() {
-    let light = |x: f64| LightKind::Directional { direction: DVec3::new(x, -1.0, 0.0).normalize() };
+    let light = |x: f64| LightKind::Directional {
+        direction: DVec3::new(x, -1.0, 0.0).normalize(),
+    };
     let mut shot = floor_at(0.3, [1.0; 3], light(0.0), 1.0);
     for (slope, intensity) in [(1.0, 2.0_f64), (-1.0, 3.0)] {
         let kind = light(slope);
-        shot.scene.lights.push(raytree::model::Light { name: String::new(), kind, intensity: DVec3::splat(intensity) });
+        shot.scene.lights.push(raytree::model::Light {
+            name: String::new(),
+            kind,
+            intensity: DVec3::splat(intensity),
+        });
     }
     shot.shows(grey((1.0 + 5.0 / 2.0_f64.sqrt()) / PI));
 }
@@ -192,20 +253,53 @@ fn shadows_are_coloured() {
     };
     let base = [0.75, 0.5, 0.25];
     let specular = 0.0;
-    let pane = Material { transmission: 0.5, specular, ..matte(base) };
+    let pane = Material {
+        transmission: 0.5,
+        specular,
+        ..matte(base)
+    };
     behind(pane.clone()).shows([0.375, 0.25, 0.125]);
-    let veil = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.25), alpha_mode: AlphaMode::Blend, ..matte([1.0; 3]) };
+    let veil = Material {
+        base_color: Vec4::new(1.0, 1.0, 1.0, 0.25),
+        alpha_mode: AlphaMode::Blend,
+        ..matte([1.0; 3])
+    };
     behind(veil.clone()).shows(grey(0.75));
-    let both = Material { base_color: Vec4::new(0.75, 0.5, 0.25, 0.5), alpha_mode: AlphaMode::Blend, ..pane.clone() };
+    let both = Material {
+        base_color: Vec4::new(0.75, 0.5, 0.25, 0.5),
+        alpha_mode: AlphaMode::Blend,
+        ..pane.clone()
+    };
     behind(both).shows([0.6875, 0.625, 0.5625]);
-    behind(Material { metallic: 0.5, ..pane.clone() }).shows([0.1875, 0.125, 0.0625]);
-    behind(Material { unlit: true, ..veil }).shows(grey(0.75));
-    behind(Material { unlit: true, ..pane }).shows(grey(0.0));
+    behind(Material {
+        metallic: 0.5,
+        ..pane.clone()
+    })
+    .shows([0.1875, 0.125, 0.0625]);
+    behind(Material {
+        unlit: true,
+        ..veil
+    })
+    .shows(grey(0.75));
+    behind(Material {
+        unlit: true,
+        ..pane
+    })
+    .shows(grey(0.0));
     behind(matte(base)).shows(grey(0.0));
     let kt = Some(Vec3::new(0.5, 0.25, 1.0));
-    let whitted = Some(WhittedCoefficients { kt, ior: Some(1.0), ..Default::default() });
+    let whitted = Some(WhittedCoefficients {
+        kt,
+        ior: Some(1.0),
+        ..Default::default()
+    });
     // The book has no 1/pi. A solid's absorption counts too, here there is none.
-    behind(Material { whitted, ..matte(base) }).whitted().shows([0.5 * PI, 0.25 * PI, PI]);
+    behind(Material {
+        whitted,
+        ..matte(base)
+    })
+    .whitted()
+    .shows([0.5 * PI, 0.25 * PI, PI]);
 }
 
 // All around
@@ -220,6 +314,12 @@ fn sky(share: f64) -> [f64; 3] {
 #[test]
 fn a_white_ball_vanishes_in_a_furnace() {
     let mut build = Build::inside(SKY);
+    let map = EquirectMap {
+        width: 32,
+        height: 16,
+        texels: vec![SKY; 512],
+    };
+    build.0.surroundings.environment = Some(Environment::new(map, 0.0));
     let white = build.material(matte([1.0; 3]));
     build.ball(Vec3::ZERO, 1.0, 4, white);
     Shot::view(build, at(0.5, 1.0, 2.0), Vec3::ZERO, 1.1, 24).shows(sky(1.0));
@@ -239,7 +339,9 @@ fn a_ball_of_glass_loses_nothing() {
     shot.depth(12).shows(sky(1.0));
     let mut build = Build::inside(SKY);
     ball(&mut build);
-    Shot::view(build, at(0.5, 1.0, 2.0), Vec3::ZERO, 0.6, 16).depth(3).shows_within(sky(1.0), 0.01);
+    Shot::view(build, at(0.5, 1.0, 2.0), Vec3::ZERO, 0.6, 16)
+        .depth(3)
+        .shows_within(sky(1.0), 0.01);
 }
 
 /// Fresnel's equations for a dielectric, in vacuum.
@@ -252,7 +354,11 @@ fn fresnel(ior: f64, cos_i: f64) -> f64 {
 
 #[test]
 fn a_smooth_dielectric_reflects_by_fresnel() {
-    let polished = |ior| Material { roughness: 0.0, ior, ..matte([0.0; 3]) };
+    let polished = |ior| Material {
+        roughness: 0.0,
+        ior,
+        ..matte([0.0; 3])
+    };
     let seen = |material: Material, degrees: f64| {
         let mut build = Build::inside(SKY);
         let material = build.material(material);
@@ -270,8 +376,18 @@ fn a_smooth_dielectric_reflects_by_fresnel() {
     seen(polished(f32::INFINITY), 40.0).shows(sky(1.0));
     seen(polished(1.0), 40.0).shows(sky(0.0));
     // KHR_materials_specular scales it, and colours it at normal incidence only.
-    seen(Material { specular: 0.5, ..polished(1.5) }, 0.0).shows(sky(0.02));
-    let red = Material { specular_color: Vec3::X, ..polished(1.5) };
+    seen(
+        Material {
+            specular: 0.5,
+            ..polished(1.5)
+        },
+        0.0,
+    )
+    .shows(sky(0.02));
+    let red = Material {
+        specular_color: Vec3::X,
+        ..polished(1.5)
+    };
     seen(red, 0.0).shows([0.04 * 0.5, 0.0, 0.0]);
 }
 
@@ -279,16 +395,21 @@ fn a_smooth_dielectric_reflects_by_fresnel() {
 fn sloping_sky() -> Build {
     let mut build = Build::inside(SKY);
     let map = EquirectMap::from_directions(64, 32, |direction| 0.5 * (direction + 1.0));
-    build.0.surroundings.environment = Some(Environment::new(map, 0.7));
+    build.0.surroundings.environment = Some(unfiltered(map));
     build
 }
 
 /// The pictures are the same, and show something.
 #[track_caller]
 fn changes_nothing(with: &Shot, without: &Shot) {
-    let (Some(with), Some(without)) = (with.film(), without.film()) else { return };
+    let (Some(with), Some(without)) = (with.film(), without.film()) else {
+        return;
+    };
     for (index, (with, without)) in with.radiance.iter().zip(&without.radiance).enumerate() {
-        assert!(*without != [0.0; 3] && near(*with, without.map(f64::from), TOLERANCE), "pixel {index}: {with:?}, not {without:?}");
+        assert!(
+            *without != [0.0; 3] && near(*with, without.map(f64::from), TOLERANCE),
+            "pixel {index}: {with:?}, not {without:?}"
+        );
     }
 }
 
@@ -298,7 +419,8 @@ fn a_parallel_slab_leaves_directions_as_they_are() {
     let clear = with_slab.material(glass(1.5, 0.0));
     with_slab.cuboid(at(-1.0, -0.2, -1.0), at(1.0, 0.0, 1.0), clear);
     for from in [at(0.0, 1.0, 0.0), at(0.6, 1.0, 0.3), at(-2.0, 1.0, 1.0)] {
-        let [with, without] = [with_slab.clone(), sloping_sky()].map(|build| Shot::ray(build, from, Vec3::ZERO));
+        let [with, without] =
+            [with_slab.clone(), sloping_sky()].map(|build| Shot::ray(build, from, Vec3::ZERO));
         changes_nothing(&with, &without);
     }
 }
@@ -312,13 +434,30 @@ fn a_parallel_slab_shifts_what_is_behind_it() {
     let depth = 0.9;
     let with_slab = thickness * tan_inside + (depth - thickness) * sin / cos;
     let without = depth * sin / cos;
-    for (slab, lamp_at, seen) in [(true, with_slab, 1.0), (true, without, 0.0), (false, without, 1.0), (false, with_slab, 0.0)] {
+    for (slab, lamp_at, seen) in [
+        (true, with_slab, 1.0),
+        (true, without, 0.0),
+        (false, without, 1.0),
+        (false, with_slab, 0.0),
+    ] {
         let mut build = Build::before([0.0; 3]);
-        let (clear, lamp) = (build.material(glass(ior as f32, 0.0)), build.material(lamp([1.0; 3])));
+        let (clear, lamp) = (
+            build.material(glass(ior as f32, 0.0)),
+            build.material(lamp([1.0; 3])),
+        );
         if slab {
-            build.cuboid(at(-2.0, -(thickness as f32), -1.0), at(2.0, 0.0, 1.0), clear);
+            build.cuboid(
+                at(-2.0, -(thickness as f32), -1.0),
+                at(2.0, 0.0, 1.0),
+                clear,
+            );
         }
-        build.square(at(lamp_at as f32, -(depth as f32), 0.0), Vec3::Y, 1e-4, lamp);
+        build.square(
+            at(lamp_at as f32, -(depth as f32), 0.0),
+            Vec3::Y,
+            1e-4,
+            lamp,
+        );
         Shot::ray(build, DVec3::new(-sin, cos, 0.0).as_vec3(), Vec3::ZERO).shows(grey(seen));
     }
 }
@@ -327,10 +466,20 @@ fn a_parallel_slab_shifts_what_is_behind_it() {
 fn a_slab_absorbs_by_the_length_of_the_way() {
     let color = [0.9_f32, 0.5, 0.1];
     for (thickness, degrees) in [(0.1, 0.0_f64), (0.5, 0.0), (0.5, 60.0)] {
-        let volume = Some(Volume { attenuation_color: color.into(), attenuation_distance: 0.25 });
+        let volume = Some(Volume {
+            attenuation_color: color.into(),
+            attenuation_distance: 0.25,
+        });
         let mut build = Build::inside(SKY);
-        let tinted = build.material(Material { volume, ..glass(1.5, 0.0) });
-        build.cuboid(at(-2.0, -(thickness as f32), -2.0), at(2.0, 0.0, 2.0), tinted);
+        let tinted = build.material(Material {
+            volume,
+            ..glass(1.5, 0.0)
+        });
+        build.cuboid(
+            at(-2.0, -(thickness as f32), -2.0),
+            at(2.0, 0.0, 2.0),
+            tinted,
+        );
         let (sin, cos) = degrees.to_radians().sin_cos();
         let way = thickness / (1.0 - (sin / 1.5_f64).powi(2)).sqrt();
         let expected = [0, 1, 2].map(|k| f64::from(SKY[k]) * f64::from(color[k]).powf(way / 0.25));
@@ -368,7 +517,10 @@ fn a_prism_reflects_all_beyond_the_critical_angle() {
             let vertices = [p, q, r].map(|corner| build.vertex(corner[k], normal));
             build.triangle(vertices, clear);
         }
-        let (red, green) = (build.material(lamp([1.0, 0.0, 0.0])), build.material(lamp([0.0, 1.0, 0.0])));
+        let (red, green) = (
+            build.material(lamp([1.0, 0.0, 0.0])),
+            build.material(lamp([0.0, 1.0, 0.0])),
+        );
         // In through the leg at x = 0, reflected at (0.5, 0.5) down through the leg at y = 0.
         build.square(at(0.5, -0.5, 0.0), Vec3::Y, 0.3, red);
         build.square(at(2.0, 1.0, 0.0), Vec3::NEG_X, 2.0, green);
@@ -385,13 +537,21 @@ fn facing_mirrors_are_a_geometric_series() {
     let between = |max_depth: u32| {
         let mut build = Build::before([9.0; 3]);
         let base_color = Vec4::new(reflectance, reflectance, reflectance, 1.0);
-        let mirror = Material { base_color, metallic: 1.0, roughness: 0.0, emissive: Vec3::splat(0.5), ..Material::default() };
+        let mirror = Material {
+            base_color,
+            metallic: 1.0,
+            roughness: 0.0,
+            emissive: Vec3::splat(0.5),
+            ..Material::default()
+        };
         let mirror = build.material(mirror);
         build.square(Vec3::ZERO, Vec3::Z, 1.0, mirror);
         build.square(Vec3::Z, Vec3::NEG_Z, 1.0, mirror);
         Shot::ray(build, at(0.1, 0.2, 0.25), at(0.1, 0.2, 1.0)).depth(max_depth)
     };
-    let sum = |terms: i32| 0.5 * (1.0 - f64::from(reflectance).powi(terms)) / (1.0 - f64::from(reflectance));
+    let sum = |terms: i32| {
+        0.5 * (1.0 - f64::from(reflectance).powi(terms)) / (1.0 - f64::from(reflectance))
+    };
     for depth in [0, 1, 2, 5, 8, 30] {
         between(depth).shows(grey(sum(depth as i32 + 1)));
     }
@@ -408,7 +568,12 @@ fn alpha_lets_its_share_through_each_time() {
             let mut build = Build::before(SKY);
             build.0.surroundings.background = background;
             let base_color = Vec4::new(0.5, 0.5, 0.5, 0.25);
-            let veil = Material { base_color, alpha_mode: AlphaMode::Blend, unlit: true, ..Material::default() };
+            let veil = Material {
+                base_color,
+                alpha_mode: AlphaMode::Blend,
+                unlit: true,
+                ..Material::default()
+            };
             let veil = build.material(veil);
             for k in 0..cards {
                 build.square(at(0.0, 0.0, -0.1 * k as f32), Vec3::Z, 1.0, veil);
@@ -430,10 +595,17 @@ fn alpha_lets_its_share_through_each_time() {
 
 #[test]
 fn unlit_is_what_it_is() {
-    let light = LightKind::Directional { direction: DVec3::NEG_Y };
+    let light = LightKind::Directional {
+        direction: DVec3::NEG_Y,
+    };
     let mut shot = floor_at(0.0, [1.0; 3], light, 5.0);
     let base_color = Vec4::new(0.75, 0.5, 0.25, 0.1);
-    shot.scene.materials[0] = Material { base_color, unlit: true, emissive: Vec3::ONE, ..Material::default() };
+    shot.scene.materials[0] = Material {
+        base_color,
+        unlit: true,
+        emissive: Vec3::ONE,
+        ..Material::default()
+    };
     shot.shows([0.75, 0.5, 0.25]);
     let shot = shot.whitted();
     shot.shows([0.75, 0.5, 0.25]);
@@ -444,15 +616,31 @@ fn unlit_is_what_it_is() {
 fn the_book_s_equation_term_by_term() {
     let (ka, kd, n) = (0.1, 0.6, 5.0);
     let (ks, kt) = (Vec3::new(0.3, 0.2, 0.1), Vec3::new(0.05, 0.1, 0.2));
-    let whitted = WhittedCoefficients { ka: Some(ka), kd: Some(kd), ks: Some(ks), n: Some(n), kt: Some(kt), ior: Some(1.0) };
+    let whitted = WhittedCoefficients {
+        ka: Some(ka),
+        kd: Some(kd),
+        ks: Some(ks),
+        n: Some(n),
+        kt: Some(kt),
+        ior: Some(1.0),
+    };
     let base = [1.0, 0.5, 0.25];
     let background = [0.25, 0.5, 0.75];
     let mut build = Build::before(background);
     build.0.surroundings.ambient = Vec3::splat(0.5);
-    let floor = build.material(Material { whitted: Some(whitted), emissive: Vec3::splat(0.125), ..matte(base) });
+    let floor = build.material(Material {
+        whitted: Some(whitted),
+        emissive: Vec3::splat(0.125),
+        ..matte(base)
+    });
     build.square(Vec3::ZERO, Vec3::Y, 1.0, floor);
     let (sin, cos) = 40.0_f64.to_radians().sin_cos();
-    build.light(LightKind::Directional { direction: DVec3::new(sin, -cos, 0.0) }, 2.0);
+    build.light(
+        LightKind::Directional {
+            direction: DVec3::new(sin, -cos, 0.0),
+        },
+        2.0,
+    );
     // Seen from straight above, the half vector is at half the light's angle.
     let highlight = 20.0_f64.to_radians().cos().powf(n.into());
     let expected = [0, 1, 2].map(|k| {
@@ -461,7 +649,9 @@ fn the_book_s_equation_term_by_term() {
         let lit = 2.0 * (f64::from(kd) * od * cos + f64::from(ks[k]) * highlight);
         0.125 + ambient + lit + f64::from(ks[k]) * sky + f64::from(kt[k]) * sky
     });
-    Shot::ray(build, Vec3::Y, Vec3::ZERO).whitted().shows(expected);
+    Shot::ray(build, Vec3::Y, Vec3::ZERO)
+        .whitted()
+        .shows(expected);
 }
 
 /// What the book's model derives from glTF's factors.
@@ -471,14 +661,28 @@ fn the_book_s_equation_from_gltf() {
     let n = 2.0 / (alpha * alpha) - 2.0;
     let mut build = Build::before([0.0; 3]);
     let base_color = Vec4::new(1.0, 0.5, 0.25, 1.0);
-    let floor = Material { base_color, metallic: 0.25, roughness: 0.8, ior: 1.5, ..Material::default() };
+    let floor = Material {
+        base_color,
+        metallic: 0.25,
+        roughness: 0.8,
+        ior: 1.5,
+        ..Material::default()
+    };
     let floor = build.material(floor);
     build.square(Vec3::ZERO, Vec3::Y, 1.0, floor);
     let (sin, cos) = 60.0_f64.to_radians().sin_cos();
-    build.light(LightKind::Directional { direction: DVec3::new(sin, -cos, 0.0) }, 1.0);
+    build.light(
+        LightKind::Directional {
+            direction: DVec3::new(sin, -cos, 0.0),
+        },
+        1.0,
+    );
     let highlight = 30.0_f64.to_radians().cos().powf(n);
-    let expected = [1.0, 0.5, 0.25].map(|od| 0.75 * od * cos + (0.75 * 0.04 + 0.25 * od) * highlight);
-    Shot::ray(build, Vec3::Y, Vec3::ZERO).whitted().shows(expected);
+    let expected =
+        [1.0, 0.5, 0.25].map(|od| 0.75 * od * cos + (0.75 * 0.04 + 0.25 * od) * highlight);
+    Shot::ray(build, Vec3::Y, Vec3::ZERO)
+        .whitted()
+        .shows(expected);
 }
 
 #[test]
@@ -495,12 +699,19 @@ fn the_mean_of_a_constant_is_that_constant() {
 fn backgrounds_are_for_the_camera() {
     for (background, seen, alpha) in [
         (Background::Environment, sky(1.0), 0.0),
-        (Background::Color(Vec3::new(0.1, 0.2, 0.3)), [0.1, 0.2, 0.3], 0.0),
+        (
+            Background::Color(Vec3::new(0.1, 0.2, 0.3)),
+            [0.1, 0.2, 0.3],
+            0.0,
+        ),
         (Background::Transparent, grey(0.0), 0.0),
     ] {
         let mut build = Build::inside(SKY);
         build.0.surroundings.background = background;
-        let mirror = build.material(Material { roughness: 0.0, ..Material::default() });
+        let mirror = build.material(Material {
+            roughness: 0.0,
+            ..Material::default()
+        });
         build.square(Vec3::ZERO, Vec3::Y, 0.5, mirror);
         let beside = Shot::ray(build.clone(), at(0.9, 1.0, 0.0), at(0.9, 0.0, 0.0));
         beside.shows(seen.map(|channel| f64::from(channel as f32)));
@@ -509,4 +720,95 @@ fn backgrounds_are_for_the_camera() {
         }
         Shot::ray(build, Vec3::Y, Vec3::ZERO).shows(sky(1.0));
     }
+}
+
+/// Where two triangles of a flat surface meet, rays start at one and lie in the other: it is behind them too. (At y = 0 nothing is
+/// rounded, so that distance is 0 and origins are not moved.)
+#[test]
+fn a_seam_is_no_obstacle() {
+    for (sx, sz) in [(0.0, 0.0), (0.25, -0.25), (-0.5, 0.5)] {
+        let mut build = Build::before([0.0; 3]);
+        let floor = build.material(Material {
+            specular: 0.0,
+            ..matte([1.0; 3])
+        });
+        build.square(Vec3::ZERO, Vec3::Y, 1.0, floor);
+        build.light(
+            LightKind::Directional {
+                direction: DVec3::new(0.6, -0.8, 0.0),
+            },
+            PI,
+        );
+        Shot::ray(build, at(sx, 1.0, sz), at(sx, 0.0, sz)).shows(grey(0.8));
+    }
+}
+
+/// A glTF file: a box on a floor, under a lamp, all of it scaled and then moved. Its numbers are all exact in f32.
+fn placed_scene(folder: &Path, scale: f64, place: [f64; 3]) -> Scene {
+    let mut build = Build::default();
+    build.square(Vec3::ZERO, Vec3::Y, 0.75, 0);
+    build.cuboid(at(-0.25, 0.0, -0.5), at(0.125, 0.625, 0.25), 0);
+    let geometry = &build.0.geometry;
+    let positions: &[u8] = bytemuck::cast_slice(&geometry.positions);
+    let indices: Vec<u32> = geometry
+        .triangles
+        .iter()
+        .flat_map(|triangle| triangle.vertices)
+        .collect();
+    let name = format!("box-{scale}");
+    fs::write(
+        folder.join(format!("{name}.bin")),
+        [positions, bytemuck::cast_slice(&indices)].concat(),
+    )
+    .expect("a writable folder");
+    let (vertices, indices, middle) = (geometry.positions.len(), indices.len(), positions.len());
+    let text = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": 3.0 * scale * scale, "range": 4.0 * scale }] } },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [
+            { "children": [1, 2, 3], "scale": [scale, scale, scale], "translation": place },
+            { "mesh": 0 },
+            { "translation": [0.5, 1.5, 0.75], "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+            { "translation": [0.25, 0.5, 2.5], "camera": 0 },
+        ],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 0.75, "znear": 0.125 } }],
+        "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0.5, "roughnessFactor": 0.25 } }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1, "material": 0 }] }],
+        "buffers": [{ "uri": format!("{name}.bin"), "byteLength": middle + 4 * indices }],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": middle },
+            { "buffer": 0, "byteOffset": middle, "byteLength": 4 * indices },
+        ],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": vertices, "type": "VEC3", "min": [-0.75, 0.0, -0.75], "max": [0.75, 0.625, 0.75] },
+            { "bufferView": 1, "componentType": 5125, "count": indices, "type": "SCALAR" },
+        ],
+    });
+    let path = folder.join(format!("{name}.gltf"));
+    fs::write(&path, text.to_string()).expect("a writable folder");
+    support::import(&path)
+}
+
+/// Where a scene lies and how large it is changes no bit of its picture.
+#[test]
+fn a_scene_looks_the_same_wherever_and_however_large() {
+    let Some(device) = support::device() else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a writable folder for temporary files");
+    let placed = |scale, place| {
+        let scene = placed_scene(folder.path(), scale, place);
+        let settings = RenderSettings::new(64, 48, support::camera(&scene));
+        support::render(device, &scene, &settings).film.radiance
+    };
+    let at_home = placed(1.0, [0.0; 3]);
+    let lit = at_home.iter().filter(|colour| **colour != [0.0; 3]).count();
+    assert!(lit > 300, "only {lit} pixels are lit");
+    assert!(placed(1024.0, [0.0; 3]) == at_home);
+    assert!(placed(1.0 / 1024.0, [0.0; 3]) == at_home);
+    assert!(placed(64.0, [-300.0, 77.5, 4096.0]) == at_home);
+    // The comparison has to be able to fail: another shape, by a scale that is no power of two.
+    assert!(placed(1.5, [0.0; 3]) != at_home);
 }

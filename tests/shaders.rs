@@ -370,16 +370,35 @@ fn scenes_get_the_program_that_they_need() {
     };
     let own = |name: &str| support::import(&support::root().join("assets").join(name));
     let unneeded = |found: &BTreeSet<String>, absent: &[&str]| {
-        absent.iter().filter(|name| found.contains(**name)).map(|name| (*name).to_owned()).collect::<Vec<_>>()
+        absent
+            .iter()
+            .filter(|name| found.contains(**name))
+            .map(|name| (*name).to_owned())
+            .collect::<Vec<_>>()
     };
     let none: [String; 0] = [];
 
     let empty = of(&Scene::default(), Shading::Pbr);
-    let absent = ["lights", "media", "textures", "environment", "attributes", "spawn", "tally"];
+    let absent = [
+        "lights",
+        "media",
+        "textures",
+        "environment",
+        "attributes",
+        "spawn",
+        "tally",
+    ];
     assert_eq!(unneeded(&empty, &absent), none);
     let mirrors = of(&own("facing-mirrors.glb"), Shading::Pbr);
     assert!(mirrors.contains("spawn"));
-    let absent = ["refracted_direction", "leave_medium", "pass_shadow", "media", "normal_from_map", "whitted_direct"];
+    let absent = [
+        "refracted_direction",
+        "leave_medium",
+        "pass_shadow",
+        "media",
+        "normal_from_map",
+        "whitted_direct",
+    ];
     assert_eq!(unneeded(&mirrors, &absent), none);
     let glass = of(&own("glass-in-water.glb"), Shading::Pbr);
     assert!(

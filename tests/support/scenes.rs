@@ -26,12 +26,11 @@ impl Build {
     pub fn inside(radiance: [f32; 3]) -> Self {
         let mut build = Self::before([0.0; 3]);
         build.0.surroundings.background = Background::Environment;
-        let map = EquirectMap {
+        build.0.surroundings.environment = Some(unfiltered(EquirectMap {
             width: 8,
             height: 4,
             texels: vec![radiance; 32],
-        };
-        build.0.surroundings.environment = Some(Environment::new(map, 0.0));
+        }));
         build
     }
 
@@ -174,6 +173,17 @@ impl Build {
             let vertices = corners.map(|corner| self.vertex(corner, normal));
             self.triangle(vertices, material);
         }
+    }
+}
+
+/// An environment whose rough levels are the map itself: right for a constant map, and for who sees but mirrors.
+pub fn unfiltered(map: EquirectMap) -> Environment {
+    let rough = std::array::from_fn(|_| map.clone());
+    Environment {
+        rough,
+        irradiance: map.clone(),
+        radiance: map,
+        rotation: 0.7,
     }
 }
 
