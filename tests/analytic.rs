@@ -14,7 +14,7 @@ use raytree::{
     model::{AlphaMode, LightKind, Material, Volume, WhittedCoefficients},
 };
 use raytree_scene::environment::EquirectMap;
-use support::scenes::{Build, matte, parallel, unfiltered};
+use raytree_stress::scenes::{Build, matte, parallel, unfiltered};
 
 /// Largest relative error. f32 has 6e-8 a rounding; a pixel takes some hundred.
 const TOLERANCE: f64 = 2e-5;

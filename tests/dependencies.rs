@@ -81,7 +81,7 @@ fn a_trespass_is_noticed() {
 
 /// A crate that is not judged can see anything.
 #[test]
-fn every_room_is_judged_but_the_one_that_sees_all() {
+fn every_room_is_judged_but_those_that_see_all() {
     let rooms =
         std::fs::read_dir(support::root().join("crates")).expect("crates/ is part of the project");
     let manifests = rooms
@@ -97,7 +97,7 @@ fn every_room_is_judged_but_the_one_that_sees_all() {
             support::stem(manifest.parent().expect("a folder"))
         );
         assert!(
-            judged.contains(&name) || name == "raytree-gpu",
+            judged.contains(&name) || name == "raytree-gpu" || name == "raytree-stress",
             "{name} has no line in FORBIDDEN"
         );
     }

@@ -19,7 +19,7 @@ use raytree_gpu::{
     types::{ProbeHit, ProbeRay},
 };
 use raytree_oracle::{Oracle, Shading};
-use support::{random::Random, scenes::Build};
+use raytree_stress::{random::Random, scenes::Build};
 
 /// Rays of each of the six kinds.
 const RAYS: usize = 35_000;

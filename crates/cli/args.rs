@@ -41,6 +41,9 @@ pub enum Command {
     Inspect(InspectArgs),
     /// Measure how much two pictures differ; fails if that is more than the limits given.
     Compare(CompareArgs),
+    /// Run the suite of stiff and extreme cases, each judged by an answer on paper or by the f64 oracle; fails if a case does.
+    #[command(after_help = EXIT_CODES)]
+    Stress(StressArgs),
     /// List the devices that can render.
     Devices(DevicesArgs),
 }
@@ -202,6 +205,29 @@ pub struct InspectArgs {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Run these cases alone: names, separated by commas.
+    #[arg(long, value_name = "CASES", value_delimiter = ',')]
+    pub only: Vec<String>,
+
+    /// Print the names of the cases and what they try, and run none.
+    #[arg(long, conflicts_with_all = ["only", "json", "markdown"])]
+    pub list: bool,
+
+    /// Print one JSON object.
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+
+    /// Print a table in Markdown.
+    #[arg(long)]
+    pub markdown: bool,
+
+    /// The CPU, the first GPU, or one of `raytree devices` by number or part of its name.
+    #[arg(long, value_name = "cpu|gpu|INDEX|NAME", default_value = "cpu", value_parser = NonEmptyStringValueParser::new())]
+    pub device: String,
 }
 
 #[derive(Debug, Args)]

@@ -13,6 +13,7 @@ mod outputs;
 mod progress;
 mod render;
 mod report;
+mod stress;
 mod summary;
 mod values;
 mod view;
@@ -46,6 +47,7 @@ fn run(command: &Command, console: Console) -> anyhow::Result<()> {
         Command::Render(args) => render::run(args, console),
         Command::Inspect(args) => inspect::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Stress(args) => stress::run(args, console),
         Command::Devices(args) => devices::run(args),
     }
 }

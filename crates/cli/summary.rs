@@ -79,7 +79,7 @@ pub fn details(report: &Report<'_>) -> String {
     }
     if let Some(counters) = &rendering.counters {
         let (rays, ended) = (&counters.rays, &counters.ended);
-        let all = rays.primary + rays.shadow + rays.reflection + rays.refraction;
+        let all = rays.total();
         let rate = all as f64 / 1e6 / rendering.times.render.as_secs_f64().max(1e-9);
         row("rays", &format!("{all} ({rate:.2} million a second)"));
         row(

@@ -8,6 +8,7 @@ mod agreement;
 mod batch;
 mod device;
 mod error;
+mod hierarchy;
 mod pass;
 mod pipeline;
 mod probe;
@@ -23,6 +24,7 @@ pub mod types;
 
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;
+pub use hierarchy::build_bvh;
 pub use pipeline::{Binding, bindings_of};
 pub use probe::probe;
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};

@@ -29,6 +29,14 @@ pub struct RayCounts {
     pub refraction: u64,
 }
 
+impl RayCounts {
+    /// Of all kinds.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.primary + self.shadow + self.reflection + self.refraction
+    }
+}
+
 /// Why branches of ray trees ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EndCounts {

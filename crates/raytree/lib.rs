@@ -34,7 +34,7 @@ pub use raytree_film::{
 };
 pub use raytree_gpu::{
     Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, ProgramFeatures, Progress,
-    Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading, list_devices,
+    Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading, build_bvh, list_devices,
 };
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
@@ -66,22 +66,6 @@ pub struct Rendering {
 /// An observer that lets a render run to its end.
 pub fn unobserved(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
-}
-
-/// The hierarchy of a scene's triangles.
-///
-/// # Errors
-/// [`BvhError`] if the scene has too many.
-pub fn build_bvh(scene: &Scene, preset: Preset) -> Result<Bvh, BvhError> {
-    let positions = &scene.geometry.positions;
-    let corner = |vertex: u32| positions[vertex as usize];
-    let triangles: Vec<[Vec3; 3]> = scene
-        .geometry
-        .triangles
-        .iter()
-        .map(|t| t.vertices.map(corner))
-        .collect();
-    raytree_bvh::build(&triangles, preset)
 }
 
 /// Renders a picture of a scene: builds its hierarchy, makes the program that it needs, walks its ray trees. `observer`

@@ -2,9 +2,6 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 
-pub mod random;
-pub mod scenes;
-
 use std::{
     fs,
     path::{Path, PathBuf},

@@ -1,13 +1,12 @@
-//! Scenes made in code, for tests that know the answer. Scene space is their world space.
+//! Scenes made in code, for who knows the answer. Scene space is their world space.
 
 use glam::{DVec3, Vec3, Vec4};
-use raytree::{
-    Background, Camera, Environment, Scene,
-    model::{Light, LightKind, Material, Projection, Triangle},
+use raytree_scene::{
+    environment::{Environment, EquirectMap},
+    model::{Background, Camera, Light, LightKind, Material, Projection, Scene, Triangle},
 };
-use raytree_scene::environment::EquirectMap;
 
-use super::random::Random;
+use crate::random::Random;
 
 /// A scene under construction.
 #[derive(Clone, Default)]

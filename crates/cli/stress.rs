@@ -1,0 +1,60 @@
+//! `raytree stress`: the suite of stiff and extreme cases, as a table.
+
+use anyhow::bail;
+use raytree::Device;
+use raytree_stress::{CASES, Report, Row, Selection, UnknownCase, run as run_suite};
+
+use crate::args::StressArgs;
+use crate::console::{Console, print, print_json};
+use crate::failure::Usage;
+use crate::values;
+
+pub fn run(args: &StressArgs, console: Console) -> anyhow::Result<()> {
+    if args.list {
+        return Ok(print(&list())?);
+    }
+    let selection = selection(args).map_err(|error| Usage(error.to_string()))?;
+    let device = Device::open(&values::device(&args.device))?;
+    let report = run_suite(&device, &selection, &mut |row| console.say(progress(row)));
+    show(args, &report)?;
+    if !report.passed() {
+        bail!("the stress suite found what must not be: see the rows that say FAIL");
+    }
+    Ok(())
+}
+
+fn selection(args: &StressArgs) -> Result<Selection, UnknownCase> {
+    if args.only.is_empty() {
+        Ok(Selection::all())
+    } else {
+        Selection::only(args.only.iter().map(String::as_str))
+    }
+}
+
+fn list() -> String {
+    CASES
+        .iter()
+        .map(|case| format!("{:<12} {}\n", case.name, case.about))
+        .collect()
+}
+
+/// For people who wait: the suite takes minutes.
+fn progress(row: &Row) -> String {
+    let Row {
+        case,
+        parameter,
+        seconds,
+        ..
+    } = row;
+    format!("{} {case}: {parameter} ({seconds:.1} s)", row.verdict())
+}
+
+fn show(args: &StressArgs, report: &Report) -> std::io::Result<()> {
+    if args.json {
+        print_json(&report.to_json())
+    } else if args.markdown {
+        print(&report.to_markdown())
+    } else {
+        print(&report.to_text())
+    }
+}

@@ -1,0 +1,3 @@
+//! The cases, one file each. `STRESS.md` at the project's root explains them.
+
+pub(crate) mod scale;
