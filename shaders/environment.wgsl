@@ -17,7 +17,7 @@ fn environment_texel(level: EnvironmentLevel, x: i32, y: i32) -> vec3f {
     let column = u32(wrap_texel(x, i32(level.width), WRAP_REPEAT));
     let row = u32(wrap_texel(y, i32(level.height), WRAP_CLAMP));
     let at = level.offset + 3u * (row * level.width + column);
-    return vec3f(environment[at], environment[at + 1u], environment[at + 2u]);
+    return vec3f(bitcast<f32>(texels[at]), bitcast<f32>(texels[at + 1u]), bitcast<f32>(texels[at + 2u]));
 }
 
 // Bilinear.

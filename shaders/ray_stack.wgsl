@@ -57,7 +57,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
     if (item.kind == LIGHTS) {
-        item.hit = Hit(0.0, leaf_triangles[c.w] & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
+        item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
     }
     return item;
 }

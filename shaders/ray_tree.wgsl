@@ -7,7 +7,7 @@ var<private> radiance: vec4f;
 var<private> rays: u32;
 
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
-    let ray = camera_ray(pixel, samples[sample]);
+    let ray = camera_ray(pixel, sample_offset(sample));
     var item: WorkItem;
     item.origin = ray.origin;
     item.direction = ray.direction;
@@ -271,7 +271,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             }
             if (item.kind == SHADOW) {
                 if (HAS_TRANSPARENT_SHADOWS) {
-                    if ((leaf_triangles[hit.leaf] & LEAF_TRANSPARENT) == 0u) {
+                    if ((leaf_triangles[hit.leaf].entry & LEAF_TRANSPARENT) == 0u) {
                         continue;
                     }
                 } else {

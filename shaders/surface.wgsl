@@ -31,7 +31,7 @@ struct Corners {
 
 fn normal_at(vertex: u32) -> vec3f {
     let at = 3u * vertex;
-    return vec3f(normals[at], normals[at + 1u], normals[at + 2u]);
+    return vec3f(attributes[at], attributes[at + 1u], attributes[at + 2u]);
 }
 
 fn attribute_at(offset: u32, vertex: u32) -> vec4f {
@@ -40,7 +40,7 @@ fn attribute_at(offset: u32, vertex: u32) -> vec4f {
 }
 
 fn uv_at(uv_set: u32, vertex: u32) -> vec2f {
-    let at = 2u * (uv_set * frame.vertex_count + vertex);
+    let at = frame.uv_offset + 2u * (uv_set * frame.vertex_count + vertex);
     return vec2f(attributes[at], attributes[at + 1u]);
 }
 
@@ -68,11 +68,10 @@ fn sample_material(material: u32, corners: Corners) -> array<vec4f, 8> {
     var values: array<vec4f, 8>;
     for (var k = 0u; k < 8u; k++) {
         values[k] = vec4f(1.0);
-        let texture = materials[material].textures[k].texture;
-        if (texture != NO_TEXTURE) {
-            let uv = vec3f(interpolated_uv(corners, materials[material].textures[k].uv_set), 1.0);
-            let place = vec2f(dot(materials[material].textures[k].row_u, uv), dot(materials[material].textures[k].row_v, uv));
-            values[k] = sample_texture(texture, place);
+        let texture = materials[material].textures[k];
+        if (texture.offset != NO_TEXTURE) {
+            let uv = vec3f(interpolated_uv(corners, texture.uv_set), 1.0);
+            values[k] = sample_texture(texture, vec2f(dot(texture.row_u, uv), dot(texture.row_v, uv)));
         }
     }
     return values;
@@ -102,7 +101,7 @@ fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) ->
 // Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
 fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     var surface: Surface;
-    let triangle = triangles[hit.triangle];
+    let triangle = leaf_triangles[hit.leaf];
     let index = triangle.material;
     surface.material = index;
     surface.node = triangle.node;
@@ -140,7 +139,7 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
         }
     }
     if (HAS_NORMAL_MAPS) {
-        if (materials[index].textures[NORMAL_TEXTURE].texture != NO_TEXTURE) {
+        if (materials[index].textures[NORMAL_TEXTURE].offset != NO_TEXTURE) {
             front_ns = normal_from_map(front_ns, corners, values[NORMAL_TEXTURE].xyz, materials[index].normal_scale);
         }
     }

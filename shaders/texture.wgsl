@@ -12,7 +12,7 @@ fn wrap_texel(coordinate: i32, size: i32, mode: u32) -> i32 {
 }
 
 // A texel, decoded to linear. The table of the 256 sRGB codes opens the buffer (IEC 61966-2-1).
-fn texel(texture: Texture, x: i32, y: i32) -> vec4f {
+fn texel(texture: TextureUse, x: i32, y: i32) -> vec4f {
     let wrapped_x = wrap_texel(x, i32(texture.width), texture.flags & 3u);
     let wrapped_y = wrap_texel(y, i32(texture.height), (texture.flags >> 2u) & 3u);
     let code = unpack4xU8(texels[texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x)]);
@@ -33,8 +33,7 @@ fn texel_coordinate(x: f32) -> i32 {
     return i32(clamp(floor(x), -1e9, 1e9));
 }
 
-fn sample_texture(index: u32, uv: vec2f) -> vec4f {
-    let texture = textures[index];
+fn sample_texture(texture: TextureUse, uv: vec2f) -> vec4f {
     let place = uv * vec2f(f32(texture.width), f32(texture.height));
     let nearest = (texture.flags & TEXTURE_NEAREST) != 0u;
     let corner = select(place - 0.5, place, nearest);

@@ -49,7 +49,7 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             if (!found.valid || found.t < t_min || found.t > hit.t) {
                 continue;
             }
-            let entry = leaf_triangles[leaf];
+            let entry = leaf_triangles[leaf].entry;
             let triangle = entry & LEAF_TRIANGLE;
             let closer = found.t < hit.t || triangle < hit.triangle;
             let beyond = found.t > t_min || (found.t > 0.0 && triangle > after);

@@ -1,8 +1,8 @@
 // Structs shared with the host. crates/gpu/types.rs mirrors each; tests/shaders.rs compares the layouts.
 
-// One level of the environment map inside `environment`.
+// One level of the environment map inside `texels`.
 struct EnvironmentLevel {
-    offset: u32, // of the first texel, in floats
+    offset: u32, // of the first texel, in words
     width: u32,
     height: u32,
     unused: u32,
@@ -33,12 +33,12 @@ struct Frame {
     stack_capacity: u32, // work items a slot
     step_budget: u32, // node visits and triangle tests an invocation, after which it leaves the rest to the next dispatch
     vertex_count: u32,
-    color_offset: u32, // where in `attributes` the colours begin, in floats
+    uv_offset: u32, // where in `attributes` the uv sets begin, in floats
+    color_offset: u32,
     tangent_offset: u32,
     rotation_cos: f32, // of the environment about +Y
     rotation_sin: f32,
     unused_0: u32,
-    unused_1: u32,
     environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 
@@ -46,8 +46,9 @@ const BACKGROUND_ENVIRONMENT: u32 = 0u;
 const BACKGROUND_COLOR: u32 = 1u;
 const BACKGROUND_TRANSPARENT: u32 = 2u;
 
-// A triangle as it is shaded. What traversal reads lies apart, in leaf order.
-struct Triangle {
+// A triangle but for its corners' positions: what traversal reads at every test lies apart.
+struct LeafTriangle {
+    entry: u32, // its index in the scene, with LEAF_* flags
     vertex_0: u32,
     vertex_1: u32,
     vertex_2: u32,
@@ -55,19 +56,21 @@ struct Triangle {
     node: u32,
 }
 
-// Flags that traversal needs, in the upper bits of an entry of `leaf_triangles`.
+// Flags that traversal needs, in the upper bits of `LeafTriangle.entry`.
 const LEAF_CULLED: u32 = 0x80000000u; // radiance rays don't see its back
 const LEAF_TRANSPARENT: u32 = 0x40000000u; // may let light through: blended, masked or transmitting
 const LEAF_TRIANGLE: u32 = 0x3fffffffu;
 
-// A material's use of a texture.
+// A material's use of a texture: an image with the way to read it.
 struct TextureUse {
-    texture: u32, // NO_TEXTURE for none
-    uv_set: u32,
     row_u: vec3f, // u' = dot(row_u, (u, v, 1))
-    unused_0: u32,
+    offset: u32, // of the first texel in `texels`; NO_TEXTURE for none
     row_v: vec3f,
-    unused_1: u32,
+    uv_set: u32,
+    width: u32,
+    height: u32,
+    flags: u32, // wrap in u: bits 0-1, in v: bits 2-3, TEXTURE_*
+    unused: u32,
 }
 
 const NO_TEXTURE: u32 = 0xffffffffu;
@@ -118,14 +121,6 @@ const MATERIAL_KT: u32 = 128u;
 
 const IOR_INFINITE: f32 = 1e30;
 
-// An image with the way to read it.
-struct Texture {
-    offset: u32, // of the first texel in `texels`
-    width: u32,
-    height: u32,
-    flags: u32, // wrap in u: bits 0-1, in v: bits 2-3, TEXTURE_*
-}
-
 const WRAP_REPEAT: u32 = 0u;
 const WRAP_MIRRORED: u32 = 1u;
 const WRAP_CLAMP: u32 = 2u;
@@ -148,6 +143,9 @@ struct Light {
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;
 const LIGHT_SPOT: u32 = 2u;
+
+const MEDIA: u32 = 255u; // that a byte of the medium stack can name
+const SAMPLE_PAIRS: u32 = 4096u; // 64 KiB, the least that a uniform buffer may hold
 
 // What fills a solid.
 struct Medium {

@@ -172,22 +172,13 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
             "sample_texture",
             "texel",
             "interpolated_uv",
-            "textures",
-            "texels",
         ],
     ),
+    (&[Feature::Textures, Feature::Environment], &["texels"]),
     (&[Feature::NormalMaps], &["normal_from_map"]),
     (
         &[Feature::NormalMaps, Feature::VertexColors],
         &["interpolated_attribute"],
-    ),
-    (
-        &[
-            Feature::NormalMaps,
-            Feature::VertexColors,
-            Feature::Textures,
-        ],
-        &["attributes"],
     ),
     (
         &[Feature::Solids],
@@ -210,12 +201,7 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
     ),
     (
         &[Feature::Environment],
-        &[
-            "environment_level",
-            "environment_uv",
-            "arc_tangent",
-            "environment",
-        ],
+        &["environment_level", "environment_uv", "arc_tangent"],
     ),
     (
         &[Feature::Whitted],
@@ -283,16 +269,11 @@ fn the_least_programs_bind_the_least() {
     let aov = bindings(&program(Kernel::Aov, nothing));
     assert_eq!(
         aov,
-        [
-            traversal.as_slice(),
-            &["triangles", "normals", "materials", "aovs"]
-        ]
-        .concat()
+        [traversal.as_slice(), &["attributes", "materials", "aovs"]].concat()
     );
     let render = bindings(&program(Kernel::Render, nothing));
     let shading = [
-        "triangles",
-        "normals",
+        "attributes",
         "materials",
         "samples",
         "slots",
@@ -302,15 +283,17 @@ fn the_least_programs_bind_the_least() {
     assert_eq!(render, [traversal.as_slice(), &shading].concat());
 }
 
-/// A storage buffer for each binding of the largest program: devices are asked for 16 (`crates/gpu/device.rs`).
+/// Devices are asked for 10 storage buffers (`crates/gpu/device.rs`).
 #[test]
 fn the_largest_program_can_be_bound() {
     for kernel in KERNELS {
-        let bound = bindings(&program(kernel, ProgramFeatures::everything())).len();
-        assert!(
-            bound <= 17,
-            "{kernel:?} binds {bound}, the uniform buffer included"
-        );
+        let module = program(kernel, ProgramFeatures::everything());
+        let bound = module
+            .global_variables
+            .iter()
+            .filter(|(_, variable)| matches!(variable.space, naga::AddressSpace::Storage { .. }))
+            .count();
+        assert!(bound <= 10, "{kernel:?} binds {bound} storage buffers");
     }
 }
 
@@ -379,15 +362,7 @@ fn scenes_get_the_program_that_they_need() {
     let none: [String; 0] = [];
 
     let empty = of(&Scene::default(), Shading::Pbr);
-    let absent = [
-        "lights",
-        "media",
-        "textures",
-        "environment",
-        "attributes",
-        "spawn",
-        "tally",
-    ];
+    let absent = ["lights", "media", "texels", "spawn", "tally"];
     assert_eq!(unneeded(&empty, &absent), none);
     let mirrors = of(&own("facing-mirrors.glb"), Shading::Pbr);
     assert!(mirrors.contains("spawn"));

@@ -174,7 +174,7 @@ pub struct QualityArgs {
     pub depth: u32,
 
     /// Samples a pixel: stratified, always the same; more than one are filtered.
-    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = values::integer(1, 65536))]
+    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
     pub spp: u32,
 
     /// A branch that weighs less in every channel is dropped.

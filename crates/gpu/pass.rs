@@ -10,7 +10,7 @@ use crate::{
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
-    types::{Aov, Frame, ProbeHit, ProbeRay, Slot},
+    types::{Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, Slot},
     upload::GpuScene,
 };
 
@@ -57,7 +57,22 @@ impl Pass {
                     size_of::<Frame>() as u64,
                     BufferUsages::UNIFORM,
                 )?,
-                "samples" => buffers.upload(device, name, cast_slice(work.samples))?,
+                "samples" => {
+                    buffers.upload_uniform(
+                        device,
+                        name,
+                        cast_slice(work.samples),
+                        u64::from(MAX_SAMPLES) * 8,
+                    )?;
+                }
+                "media" => {
+                    buffers.upload_uniform(
+                        device,
+                        name,
+                        cast_slice(&gpu_scene.media),
+                        (MEDIA * size_of::<Medium>()) as u64,
+                    )?;
+                }
                 "slots" => {
                     buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?
                 }

@@ -227,10 +227,30 @@ impl Buffers {
         bytes: &[u8],
     ) -> Result<(), RenderError> {
         self.reserve(device, name, bytes.len() as u64, BufferUsages::STORAGE)?;
+        self.fill(device, name, bytes);
+        Ok(())
+    }
+
+    /// Makes a uniform buffer of `size` bytes that begins with `bytes`.
+    ///
+    /// # Errors
+    /// As [`Self::reserve`].
+    pub(crate) fn upload_uniform(
+        &mut self,
+        device: &Device,
+        name: &str,
+        bytes: &[u8],
+        size: u64,
+    ) -> Result<(), RenderError> {
+        self.reserve(device, name, size, BufferUsages::UNIFORM)?;
+        self.fill(device, name, bytes);
+        Ok(())
+    }
+
+    fn fill(&self, device: &Device, name: &str, bytes: &[u8]) {
         if !bytes.is_empty() {
             device.queue.write_buffer(self.get(name), 0, bytes);
         }
-        Ok(())
     }
 }
 

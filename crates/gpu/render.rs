@@ -22,7 +22,7 @@ use crate::{
     settings::RenderSettings,
     source::Limits,
     statistics::{COUNTERS, Counters},
-    types::{Aov, Frame, Slot},
+    types::{Aov, Frame, MAX_SAMPLES, Slot},
     upload::GpuScene,
 };
 
@@ -177,6 +177,9 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     if settings.samples == 0 {
         return fail("a pixel needs at least one sample");
     }
+    if settings.samples > MAX_SAMPLES {
+        return fail("a pixel can have at most 8192 samples");
+    }
     if !(settings.min_weight >= 0.0 && settings.min_weight <= 1.0) {
         return fail("the least weight of a branch must lie between 0 and 1");
     }
@@ -223,6 +226,7 @@ impl Plan {
             stack_capacity,
             step_budget: STEP_BUDGET,
             vertex_count: gpu.vertex_count,
+            uv_offset: gpu.uv_offset,
             color_offset: gpu.color_offset,
             tangent_offset: gpu.tangent_offset,
             environment: gpu.environment_levels,

@@ -3,6 +3,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// How many media the stack of a ray can tell apart.
+pub const MEDIA: usize = 255;
+
+/// How many samples a pixel can have: offsets of two in each entry of `samples`.
+pub const MAX_SAMPLES: u32 = 8192;
+
 /// How many levels of the environment there are: the map, four of rising roughness, the irradiance.
 pub const ENVIRONMENT_LEVELS: usize = 6;
 
@@ -45,20 +51,21 @@ pub struct Frame {
     pub stack_capacity: u32,
     pub step_budget: u32,
     pub vertex_count: u32,
+    pub uv_offset: u32,
     pub color_offset: u32,
     pub tangent_offset: u32,
     pub rotation_cos: f32,
     pub rotation_sin: f32,
     pub unused_0: u32,
-    pub unused_1: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
-/// A triangle as it is shaded.
+/// A triangle but for its corners' positions.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
-pub struct Triangle {
+pub struct LeafTriangle {
+    pub entry: u32,
     pub vertex_0: u32,
     pub vertex_1: u32,
     pub vertex_2: u32,
@@ -71,25 +78,27 @@ pub struct Triangle {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct TextureUse {
-    pub texture: u32,
-    pub uv_set: u32,
-    pub padding: [u32; 2],
     pub row_u: [f32; 3],
-    pub unused_0: u32,
+    pub offset: u32,
     pub row_v: [f32; 3],
-    pub unused_1: u32,
+    pub uv_set: u32,
+    pub width: u32,
+    pub height: u32,
+    pub flags: u32,
+    pub unused: u32,
 }
 
 impl TextureUse {
     /// No texture.
     pub const NONE: Self = Self {
-        texture: u32::MAX,
-        uv_set: 0,
-        padding: [0; 2],
         row_u: [0.0; 3],
-        unused_0: 0,
+        offset: u32::MAX,
         row_v: [0.0; 3],
-        unused_1: 0,
+        uv_set: 0,
+        width: 0,
+        height: 0,
+        flags: 0,
+        unused: 0,
     };
 }
 
@@ -120,17 +129,6 @@ pub struct Material {
     pub unused_1: u32,
     pub unused_2: u32,
     pub textures: [TextureUse; 8],
-}
-
-/// An image with the way to read it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
-pub struct Texture {
-    pub offset: u32,
-    pub width: u32,
-    pub height: u32,
-    pub flags: u32,
 }
 
 /// A punctual light.

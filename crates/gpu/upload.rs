@@ -16,8 +16,8 @@ use crate::{
     program::{Feature, ProgramFeatures},
     settings::Shading,
     types::{
-        ENVIRONMENT_LEVELS, EnvironmentLevel, Light, Material, Medium, Texture, TextureUse,
-        Triangle,
+        ENVIRONMENT_LEVELS, EnvironmentLevel, LeafTriangle, Light, MEDIA, Material, Medium,
+        TextureUse,
     },
 };
 
@@ -51,19 +51,16 @@ pub struct TooManyMedia(usize);
 pub struct GpuScene {
     pub nodes: Vec<u32>,
     pub leaf_vertices: Vec<f32>,
-    pub leaf_triangles: Vec<u32>,
-    pub triangles: Vec<Triangle>,
-    pub normals: Vec<f32>,
+    pub leaf_triangles: Vec<LeafTriangle>,
     pub attributes: Vec<f32>,
+    pub uv_offset: u32,
     pub color_offset: u32,
     pub tangent_offset: u32,
     pub vertex_count: u32,
     pub materials: Vec<Material>,
     pub media: Vec<Medium>,
-    pub textures: Vec<Texture>,
     pub texels: Vec<u32>,
     pub lights: Vec<Light>,
-    pub environment: Vec<f32>,
     pub environment_levels: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
@@ -84,10 +81,12 @@ impl GpuScene {
         };
         gpu.add_hierarchy(scene, bvh, shading);
         gpu.add_attributes(scene, features);
-        gpu.add_materials(scene, shading)?;
-        if features.has(Feature::Textures) {
-            gpu.add_textures(scene);
-        }
+        let offsets = if features.has(Feature::Textures) {
+            gpu.add_images(scene)
+        } else {
+            Vec::new()
+        };
+        gpu.add_materials(scene, shading, &offsets)?;
         gpu.lights = scene.lights.iter().map(light).collect();
         gpu.add_environment(scene);
         Ok(gpu)
@@ -100,15 +99,10 @@ impl GpuScene {
             "nodes" => cast_slice(&self.nodes),
             "leaf_vertices" => cast_slice(&self.leaf_vertices),
             "leaf_triangles" => cast_slice(&self.leaf_triangles),
-            "triangles" => cast_slice(&self.triangles),
-            "normals" => cast_slice(&self.normals),
             "attributes" => cast_slice(&self.attributes),
             "materials" => cast_slice(&self.materials),
-            "media" => cast_slice(&self.media),
-            "textures" => cast_slice(&self.textures),
             "texels" => cast_slice(&self.texels),
             "lights" => cast_slice(&self.lights),
-            "environment" => cast_slice(&self.environment),
             _ => return None,
         })
     }
@@ -128,28 +122,22 @@ impl GpuScene {
                 self.leaf_vertices
                     .extend(geometry.positions[vertex as usize].to_array());
             }
-            self.leaf_triangles
-                .push(index | flags[triangle.material as usize]);
+            let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
+            self.leaf_triangles.push(LeafTriangle {
+                entry: index | flags[triangle.material as usize],
+                vertex_0,
+                vertex_1,
+                vertex_2,
+                material: triangle.material,
+                node: triangle.node,
+            });
         }
-        self.triangles = geometry
-            .triangles
-            .iter()
-            .map(|triangle| {
-                let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
-                Triangle {
-                    vertex_0,
-                    vertex_1,
-                    vertex_2,
-                    material: triangle.material,
-                    node: triangle.node,
-                }
-            })
-            .collect();
     }
 
     fn add_attributes(&mut self, scene: &Scene, features: ProgramFeatures) {
         let geometry = &scene.geometry;
-        self.normals = cast_slice(&geometry.normals).to_vec();
+        self.attributes = cast_slice(&geometry.normals).to_vec();
+        self.uv_offset = self.attributes.len() as u32;
         if features.has(Feature::Textures) {
             for uv_set in &geometry.uv_sets {
                 self.attributes.extend_from_slice(cast_slice(uv_set));
@@ -171,15 +159,28 @@ impl GpuScene {
         }
     }
 
-    fn add_materials(&mut self, scene: &Scene, shading: Shading) -> Result<(), TooManyMedia> {
+    /// `images`: where each image begins in `texels`; empty where the program reads none.
+    fn add_materials(
+        &mut self,
+        scene: &Scene,
+        shading: Shading,
+        images: &[u32],
+    ) -> Result<(), TooManyMedia> {
         for source in &scene.materials {
             let mut made = material(source, shading);
+            if !images.is_empty() {
+                made.textures = texture_refs(source).map(|texture| {
+                    texture.map_or(TextureUse::NONE, |texture| {
+                        texture_use(scene, images, texture)
+                    })
+                });
+            }
             if let Some(medium) = medium(source, shading) {
                 made.medium = 1 + self.medium_index(medium);
             }
             self.materials.push(made);
         }
-        if self.media.len() > 255 {
+        if self.media.len() > MEDIA {
             return Err(TooManyMedia(self.media.len()));
         }
         Ok(())
@@ -193,7 +194,8 @@ impl GpuScene {
         }) as u32
     }
 
-    fn add_textures(&mut self, scene: &Scene) {
+    /// Where each image begins.
+    fn add_images(&mut self, scene: &Scene) -> Vec<u32> {
         self.texels = (0_u8..=255)
             .map(|code| srgb_to_linear(code).to_bits())
             .collect();
@@ -203,17 +205,7 @@ impl GpuScene {
             self.texels
                 .extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
         }
-        for texture in &scene.textures {
-            let image = &scene.images[texture.image as usize];
-            let nearest = u32::from(texture.filter == Filter::Nearest) << 4;
-            let srgb = u32::from(texture.srgb) << 5;
-            self.textures.push(Texture {
-                offset: offsets[texture.image as usize],
-                width: image.width,
-                height: image.height,
-                flags: wrap(texture.wrap_u) | (wrap(texture.wrap_v) << 2) | nearest | srgb,
-            });
-        }
+        offsets
     }
 
     fn add_environment(&mut self, scene: &Scene) {
@@ -224,19 +216,19 @@ impl GpuScene {
             .chain(&environment.rough)
             .chain([&environment.irradiance]);
         for (slot, map) in self.environment_levels.iter_mut().zip(levels) {
-            *slot = append_map(&mut self.environment, map);
+            *slot = append_map(&mut self.texels, map);
         }
     }
 }
 
-fn append_map(texels: &mut Vec<f32>, map: &EquirectMap) -> EnvironmentLevel {
+fn append_map(texels: &mut Vec<u32>, map: &EquirectMap) -> EnvironmentLevel {
     let level = EnvironmentLevel {
         offset: texels.len() as u32,
         width: map.width,
         height: map.height,
         unused: 0,
     };
-    texels.extend_from_slice(cast_slice(&map.texels));
+    texels.extend(map.texels.iter().flatten().map(|channel| channel.to_bits()));
     level
 }
 
@@ -328,28 +320,40 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
         unused_0: 0,
         unused_1: 0,
         unused_2: 0,
-        textures: [
-            &source.base_color_texture,
-            &source.metallic_roughness_texture,
-            &source.normal_texture,
-            &source.occlusion_texture,
-            &source.emissive_texture,
-            &source.transmission_texture,
-            &source.specular_texture,
-            &source.specular_color_texture,
-        ]
-        .map(|texture| texture.as_ref().map_or(TextureUse::NONE, texture_use)),
+        textures: [TextureUse::NONE; 8],
     }
 }
 
-fn texture_use(source: &TextureRef) -> TextureUse {
+/// In the order of `shaders/types.wgsl`.
+fn texture_refs(source: &SceneMaterial) -> [Option<&TextureRef>; 8] {
+    [
+        &source.base_color_texture,
+        &source.metallic_roughness_texture,
+        &source.normal_texture,
+        &source.occlusion_texture,
+        &source.emissive_texture,
+        &source.transmission_texture,
+        &source.specular_texture,
+        &source.specular_color_texture,
+    ]
+    .map(Option::as_ref)
+}
+
+fn texture_use(scene: &Scene, images: &[u32], source: &TextureRef) -> TextureUse {
     let [a, b, c, d, e, f] = source.transform;
+    let texture = scene.textures[source.texture as usize];
+    let image = &scene.images[texture.image as usize];
+    let nearest = u32::from(texture.filter == Filter::Nearest) << 4;
+    let srgb = u32::from(texture.srgb) << 5;
     TextureUse {
-        texture: source.texture,
-        uv_set: source.uv_set,
         row_u: [a, b, c],
+        offset: images[texture.image as usize],
         row_v: [d, e, f],
-        ..TextureUse::NONE
+        uv_set: source.uv_set,
+        width: image.width,
+        height: image.height,
+        flags: wrap(texture.wrap_u) | (wrap(texture.wrap_v) << 2) | nearest | srgb,
+        unused: 0,
     }
 }
 

@@ -10,7 +10,10 @@ use raytree::{
         Triangle, Volume, WhittedCoefficients, Wrap,
     },
 };
-use raytree_gpu::{GpuScene, source, types::TextureUse};
+use raytree_gpu::{
+    GpuScene, source,
+    types::{MAX_SAMPLES, MEDIA, TextureUse},
+};
 
 use super::module::constant;
 
@@ -96,10 +99,10 @@ fn flags_of_leaves() {
     let (materials, expected): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
     let gpu = upload(&scene_of(materials), Shading::Pbr);
     assert_eq!(gpu.leaf_triangles.len(), expected.len());
-    for entry in &gpu.leaf_triangles {
-        let triangle = entry & index;
+    for leaf in &gpu.leaf_triangles {
+        let triangle = leaf.entry & index;
         assert_eq!(
-            entry & !index,
+            leaf.entry & !index,
             expected[triangle as usize],
             "triangle {triangle}"
         );
@@ -199,13 +202,22 @@ fn an_infinite_index_and_no_texture() {
         gpu.materials[0].ior.to_bits(),
         constant(&module, "IOR_INFINITE")
     );
-    assert_eq!(TextureUse::NONE.texture, constant(&module, "NO_TEXTURE"));
+    assert_eq!(TextureUse::NONE.offset, constant(&module, "NO_TEXTURE"));
     assert!(
         gpu.materials[0]
             .textures
             .iter()
-            .all(|texture| texture.texture == TextureUse::NONE.texture)
+            .all(|texture| texture.offset == TextureUse::NONE.offset)
     );
+}
+
+fn image(width: u32) -> Image {
+    Image {
+        name: String::new(),
+        width,
+        height: 1,
+        texels: vec![[0; 4]; width as usize],
+    }
 }
 
 /// Each texture of a material lies where the shaders look for it.
@@ -230,7 +242,19 @@ fn order_of_textures() {
         specular_color_texture: use_of(7),
         ..Material::default()
     };
-    let gpu = upload(&scene_of(vec![material]), Shading::Pbr);
+    let mut scene = scene_of(vec![material]);
+    // Told apart by their widths.
+    for width in 1..=8 {
+        scene.images.push(image(width));
+        scene.textures.push(Texture {
+            image: width - 1,
+            wrap_u: Wrap::Repeat,
+            wrap_v: Wrap::Repeat,
+            filter: Filter::Linear,
+            srgb: false,
+        });
+    }
+    let gpu = upload(&scene, Shading::Pbr);
     let names = [
         "BASE_COLOR_TEXTURE",
         "METALLIC_ROUGHNESS_TEXTURE",
@@ -241,10 +265,10 @@ fn order_of_textures() {
         "SPECULAR_TEXTURE",
         "SPECULAR_COLOR_TEXTURE",
     ];
-    for (name, texture) in names.into_iter().zip(0_u32..) {
+    for (name, width) in names.into_iter().zip(1_u32..) {
         assert_eq!(
-            gpu.materials[0].textures[constant(&module, name) as usize].texture,
-            texture,
+            gpu.materials[0].textures[constant(&module, name) as usize].width,
+            width,
             "{name}"
         );
     }
@@ -258,13 +282,8 @@ fn flags_of_textures() {
         (Wrap::MirroredRepeat, "WRAP_MIRRORED"),
         (Wrap::ClampToEdge, "WRAP_CLAMP"),
     ];
-    let mut scene = scene_of(vec![Material::default()]);
-    scene.images.push(Image {
-        name: String::new(),
-        width: 1,
-        height: 1,
-        texels: vec![[0; 4]],
-    });
+    let mut scene = scene_of(Vec::new());
+    scene.images.push(image(1));
     let mut expected = Vec::new();
     for (wrap_u, name_u) in wraps {
         for (wrap_v, name_v) in wraps {
@@ -273,6 +292,15 @@ fn flags_of_textures() {
                 (Filter::Nearest, constant(&module, "TEXTURE_NEAREST")),
             ] {
                 for (srgb, decoded) in [(false, 0), (true, constant(&module, "TEXTURE_SRGB"))] {
+                    let texture = scene.textures.len() as u32;
+                    scene.materials.push(Material {
+                        base_color_texture: Some(TextureRef {
+                            texture,
+                            uv_set: 0,
+                            transform: TextureRef::IDENTITY,
+                        }),
+                        ..Material::default()
+                    });
                     scene.textures.push(Texture {
                         image: 0,
                         wrap_u,
@@ -291,7 +319,11 @@ fn flags_of_textures() {
         }
     }
     let gpu = upload(&scene, Shading::Pbr);
-    let flags: Vec<u32> = gpu.textures.iter().map(|texture| texture.flags).collect();
+    let flags: Vec<u32> = gpu
+        .materials
+        .iter()
+        .map(|material| material.textures[0].flags)
+        .collect();
     assert_eq!(flags, expected);
 }
 
@@ -324,6 +356,14 @@ fn kinds_of_lights() {
     for ((name, _), light) in kinds.iter().zip(&gpu.lights) {
         assert_eq!(light.kind, constant(&module, name), "{name}");
     }
+}
+
+/// The sizes of arrays in uniform buffers.
+#[test]
+fn capacities() {
+    let module = parsed();
+    assert_eq!(constant(&module, "MEDIA") as usize, MEDIA);
+    assert_eq!(2 * constant(&module, "SAMPLE_PAIRS"), MAX_SAMPLES);
 }
 
 /// A ray's stack of media has a byte for each.

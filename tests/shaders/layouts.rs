@@ -54,17 +54,16 @@ fn on_host() -> Vec<Layout> {
         Frame {
             camera_position sample_count camera_right max_depth camera_up light_count camera_forward min_weight ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
-            tile_count tile_stride slot_count stack_capacity step_budget vertex_count color_offset tangent_offset
-            rotation_cos rotation_sin unused_0 unused_1 environment
+            tile_count tile_stride slot_count stack_capacity step_budget vertex_count uv_offset color_offset
+            tangent_offset rotation_cos rotation_sin unused_0 environment
         }
-        Triangle { vertex_0 vertex_1 vertex_2 material node }
-        TextureUse { texture uv_set padding row_u unused_0 row_v unused_1 }
+        LeafTriangle { entry vertex_0 vertex_1 vertex_2 material node }
+        TextureUse { row_u offset row_v uv_set width height flags unused }
         Material {
             base_color emissive alpha_cutoff specular_color specular metallic roughness transmission ior normal_scale
             occlusion_strength flags medium whitted_ks whitted_n whitted_kt whitted_ka whitted_kd unused_0 unused_1
             unused_2 textures
         }
-        Texture { offset width height flags }
         Light {
             position kind direction inverse_range intensity spot_scale spot_cos_outer unused_0 unused_1 unused_2
         }
