@@ -11,7 +11,8 @@ const ENDED_MISS: u32 = 7u;
 const ENDED_DEPTH: u32 = 8u;
 const ENDED_WEIGHT: u32 = 9u;
 const ENDED_STORAGE: u32 = 10u;
-const COUNTERS: u32 = 11u;
+const ENDED_BUDGET: u32 = 11u;
+const COUNTERS: u32 = 12u;
 
 var<private> tally: array<u32, COUNTERS>;
 
@@ -19,6 +20,11 @@ fn count(which: u32) {
     if (HAS_COUNTERS) {
         tally[which] += 1u;
     }
+}
+
+// .. in every program: the picture lacks what such a branch would have brought, and its user is to know.
+fn count_dropped(which: u32) {
+    atomicAdd(&counters[which], 1u);
 }
 
 fn add_up_counters() {

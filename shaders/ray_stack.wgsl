@@ -17,6 +17,7 @@ struct WorkItem {
     t_min: f32, // hits up to here, and at t_min of triangles up to `after`, are behind the ray
     after: u32, // the triangle that the ray leaves or has passed
     light: u32,
+    allotment: u32, // rays that this one and its descendants may be, whatever the rest of the tree takes
     hit: Hit, // of LIGHTS
 }
 
@@ -36,7 +37,7 @@ fn store_item(slot: u32, level: u32, item: WorkItem) {
     ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
     ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
     ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
-    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(item.t_min), 0u);
+    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(item.t_min), item.allotment);
 }
 
 fn load_item(slot: u32, level: u32) -> WorkItem {
@@ -56,6 +57,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.after = c.w;
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
+    item.allotment = d.w;
     if (item.kind == LIGHTS) {
         item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
     }

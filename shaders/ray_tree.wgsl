@@ -6,6 +6,9 @@
 var<private> radiance: vec4f;
 var<private> rays: u32;
 
+// Rays of the current sample's tree that went to its common half of `max_rays` so far.
+var<private> common_rays: u32;
+
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     let ray = camera_ray(pixel, sample_offset(sample));
     var item: WorkItem;
@@ -18,6 +21,8 @@ fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     item.after = NO_HIT;
     count(PRIMARY_RAYS);
     rays += 1u;
+    item.allotment = frame.max_rays - frame.max_rays / 2u;
+    common_rays = 0u;
     radiance.w += 1.0;
     return item;
 }
@@ -75,6 +80,7 @@ struct Branch {
     overflow: bool, // there is no room for its media
     straight: bool,
     counter: u32, // what it counts as
+    allotment: u32, // see WorkItem
 }
 
 // A new ray of the tree, unless it ends here: README.md, "Where branches end".
@@ -93,8 +99,15 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
         return;
     }
     if (branch.overflow || pending >= frame.stack_capacity) {
-        count(ENDED_STORAGE);
+        count_dropped(ENDED_STORAGE);
         return;
+    }
+    if (branch.allotment == 0u) {
+        if (common_rays >= frame.max_rays / 2u) {
+            count_dropped(ENDED_BUDGET);
+            return;
+        }
+        common_rays += 1u;
     }
     var child: WorkItem;
     child.origin = spawn_origin(surface, branch.direction);
@@ -104,6 +117,7 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
     child.depth = parent.depth + 1u;
     child.straight = branch.straight;
     child.throughput = throughput;
+    child.allotment = branch.allotment;
     child.media = branch.media;
     child.after = surface.triangle;
     count(branch.counter);
@@ -135,20 +149,26 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
     radiance += vec4f(item.throughput * surface.alpha * shading.radiance, 0.0);
 
     if (HAS_BRANCHES) {
+        let all_weights = 1.0 - surface.alpha + surface.alpha * (max_component(shading.transmitted) + max_component(shading.reflected));
+        let to_share = max(item.allotment, 1u) - 1u;
+        var remaining = to_share;
         // One loop with one call of `spawn`. Last pushed, first traced: the reflected ray.
         for (var k = 0u; k < 3u; k++) {
             let past = select(0.0, 1.0 - surface.alpha, k == 0u);
-            var branch = Branch(item.direction, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS);
+            var branch = Branch(item.direction, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS, 0u);
             if (HAS_TRANSMISSION) {
                 if (k == 1u) {
-                    branch = Branch(transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS);
+                    branch = Branch(transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS, 0u);
                 }
             }
             if (HAS_REFLECTION) {
                 if (k == 2u) {
-                    branch = Branch(reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS);
+                    branch = Branch(reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS, 0u);
                 }
             }
+            let share = max_component(branch.weight) / max(all_weights, 1e-30);
+            branch.allotment = min(u32(share * f32(to_share)), remaining);
+            remaining -= branch.allotment;
             spawn(slot, item, surface, branch);
         }
     }
@@ -217,7 +237,7 @@ fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
             if (surface.back) {
                 next.media = leave_medium(item.media, medium);
             } else if (media_full(item.media)) {
-                count(ENDED_STORAGE);
+                count_dropped(ENDED_STORAGE);
                 next.throughput = vec3f(0.0);
             } else {
                 next.media = enter_medium(item.media, medium);
@@ -245,6 +265,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
     pending = slots[slot].stack_height;
     radiance = slots[slot].radiance;
     rays = slots[slot].rays;
+    common_rays = slots[slot].common_rays;
     loop {
         if (!has_item) {
             if (pending > 0u) {
@@ -314,6 +335,6 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             }
         }
     }
-    slots[slot] = Slot(radiance, pending, next_sample, rays, 0u);
+    slots[slot] = Slot(radiance, pending, next_sample, rays, common_rays);
     return finished;
 }

@@ -38,7 +38,7 @@ struct Frame {
     tangent_offset: u32,
     rotation_cos: f32, // of the environment about +Y
     rotation_sin: f32,
-    unused_0: u32,
+    max_rays: u32, // of a sample's tree, shadow rays left out
     environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 
@@ -159,7 +159,7 @@ struct Slot {
     stack_height: u32, // pending work items
     next_sample: u32,
     rays: u32, // traced so far, of all kinds
-    unused: u32,
+    common_rays: u32, // of the current sample's tree, see ray_tree.wgsl
 }
 
 // What the probe kernel traces, and what it finds.

@@ -181,6 +181,10 @@ pub struct QualityArgs {
     #[arg(long, value_name = "WEIGHT", default_value = "0.001", allow_hyphen_values = true, value_parser = values::number(0.0, 1.0))]
     pub min_weight: f64,
 
+    /// The most rays of a sample's tree, shadow rays left out; a tree of half as many is always whole.
+    #[arg(long, value_name = "N", default_value = "65536", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 30))]
+    pub max_rays: u32,
+
     /// glTF's model, or eq. 14.32 of Foley et al. as written.
     #[arg(long, value_enum, default_value_t = ShadingChoice::Pbr)]
     pub shading: ShadingChoice,

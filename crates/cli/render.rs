@@ -77,6 +77,9 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
         print_json(&report.json())?;
     }
     console.say(summary::line(&report));
+    if let Some(warning) = summary::dropped(rendering.dropped) {
+        console.say(warning);
+    }
     if console.is_verbose() {
         console.say(summary::details(&report));
     }
@@ -102,6 +105,7 @@ fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
         samples: quality.spp,
         max_depth: quality.depth,
         min_weight: quality.min_weight as f32,
+        max_rays: quality.max_rays,
         shading: quality.shading.into(),
         aovs: outputs.want_layers(),
         counters: args.counters,

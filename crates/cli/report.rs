@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use raytree::model::{Frame, Surroundings, Warning};
-use raytree::{Background, Counters, DeviceInfo, RenderSettings, Rendering, Scene};
+use raytree::{Background, Counters, DeviceInfo, Dropped, RenderSettings, Rendering, Scene};
 use serde_json::{Value, json};
 
 use crate::args::{BitsChoice, LightingArgs, RenderArgs, spelled};
@@ -82,6 +82,7 @@ impl Report<'_> {
             "features": { "used": used, "left_out": left_out },
             "time_ms": self.times_json(),
             "counters": self.rendering.counters.as_ref().map(counters_json),
+            "dropped": dropped_json(self.rendering.dropped),
             "outputs": outputs,
             "warnings": warnings,
         })
@@ -98,6 +99,7 @@ impl Report<'_> {
             "depth": settings.max_depth,
             "spp": settings.samples,
             "min_weight": args.quality.min_weight,
+            "max_rays": settings.max_rays,
             "shading": spelled(args.quality.shading),
             "ambient": describe::color_json(self.surroundings.ambient),
             "environment": environment_json(&args.lighting, self.studio),
@@ -170,8 +172,13 @@ fn counters_json(counters: &Counters) -> Value {
             "depth": ended.depth,
             "weight": ended.weight,
             "storage": ended.storage,
+            "budget": ended.budget,
         },
     })
+}
+
+fn dropped_json(dropped: Dropped) -> Value {
+    json!({ "storage": dropped.storage, "budget": dropped.budget })
 }
 
 /// JSON has no other bytes than UTF-8.

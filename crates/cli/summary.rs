@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use raytree::Dropped;
+
 use crate::report::Report;
 
 /// What was written, and in what time.
@@ -23,6 +25,26 @@ pub fn line(report: &Report<'_>) -> String {
         names.join(", "),
         readable(report.times.total)
     )
+}
+
+/// What the picture lacks, if anything, and what to do about it.
+pub fn dropped(dropped: Dropped) -> Option<String> {
+    let reasons: Vec<String> = [
+        (
+            dropped.budget,
+            "their trees had as many rays as they may; raise --max-rays or --min-weight, or lower --depth",
+        ),
+        (
+            dropped.storage,
+            "rays can't remember more than 8 solids inside each other",
+        ),
+    ]
+    .into_iter()
+    .filter(|(count, _)| *count > 0)
+    .map(|(count, why)| format!("{count} branches were dropped ({why})"))
+    .collect();
+    (!reasons.is_empty())
+        .then(|| format!("warning: the picture lacks light: {}", reasons.join("; ")))
 }
 
 /// Where the time went, what the program had, what it counted.
@@ -99,8 +121,8 @@ pub fn details(report: &Report<'_>) -> String {
         row(
             "ended",
             &format!(
-                "miss {}, depth {}, weight {}, storage {}",
-                ended.miss, ended.depth, ended.weight, ended.storage
+                "miss {}, depth {}, weight {}, storage {}, budget {}",
+                ended.miss, ended.depth, ended.weight, ended.storage, ended.budget
             ),
         );
     }

@@ -63,6 +63,7 @@ fn counters_come_in_the_same_order() {
         (ended.depth, "ENDED_DEPTH"),
         (ended.weight, "ENDED_WEIGHT"),
         (ended.storage, "ENDED_STORAGE"),
+        (ended.budget, "ENDED_BUDGET"),
     ] {
         assert_eq!(total, u64::from(constant(&module, name)), "{name}");
     }

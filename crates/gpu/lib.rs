@@ -30,5 +30,5 @@ pub use probe::probe;
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
 pub use render::{Progress, RenderTimes, Rendered, render, render_with};
 pub use settings::{Region, RenderSettings, Shading};
-pub use statistics::{Counters, EndCounts, RayCounts};
+pub use statistics::{Counters, Dropped, EndCounts, RayCounts};
 pub use upload::{GpuScene, TooManyMedia};

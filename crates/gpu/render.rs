@@ -21,7 +21,7 @@ use crate::{
     program::{Kernel, ProgramFeatures},
     settings::RenderSettings,
     source::Limits,
-    statistics::{COUNTERS, Counters},
+    statistics::{COUNTERS, Counters, Dropped},
     types::{Aov, Frame, MAX_SAMPLES, Slot},
     upload::GpuScene,
 };
@@ -51,6 +51,8 @@ pub struct Rendered {
     pub film: Film,
     /// Rays and work, if counted.
     pub counters: Option<Counters>,
+    /// What the picture lacks.
+    pub dropped: Dropped,
     /// What the program has.
     pub features: ProgramFeatures,
     /// Where the time went.
@@ -153,9 +155,11 @@ pub fn render_with(
         film.aovs = Some(render_aovs(device, scene, pass, &plan, rays)?);
         times.render += started.elapsed();
     }
+    let dropped = counters.dropped();
     let counters = settings.counters.then_some(counters);
     Ok(Rendered {
         film,
+        dropped,
         counters,
         features,
         times,
@@ -182,6 +186,9 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     }
     if !(settings.min_weight >= 0.0 && settings.min_weight <= 1.0) {
         return fail("the least weight of a branch must lie between 0 and 1");
+    }
+    if settings.max_rays == 0 {
+        return fail("a sample's tree needs room for at least its camera ray");
     }
     Ok(())
 }
@@ -217,6 +224,7 @@ impl Plan {
             max_depth: settings.max_depth,
             light_count: scene.lights.len() as u32,
             min_weight: settings.min_weight,
+            max_rays: settings.max_rays,
             ambient: scene.surroundings.ambient.to_array(),
             triangle_count: bvh.leaf_triangles.len() as u32,
             picture_size: [settings.width as f32, settings.height as f32],

@@ -43,6 +43,10 @@ pub struct RenderSettings {
     pub max_depth: u32,
     /// A branch whose throughput is below this in every channel is dropped; 0 to 1.
     pub min_weight: f32,
+    /// The most rays of a sample's tree (camera, reflected and refracted ones; the shadow rays of their hits come on top), at
+    /// least 1. Trees of glass among mirrors double at every level: this bounds their time. A tree of half as many is always
+    /// whole; of a larger one the branches that weigh least are cut off and counted in [`Dropped`](crate::Dropped).
+    pub max_rays: u32,
     /// Which model.
     pub shading: Shading,
     /// Also render the first-hit layers.
@@ -54,7 +58,7 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
-    /// Depth 8, one sample in the middle of each pixel, weights down to 1/1000, the whole picture.
+    /// Depth 8, one sample in the middle of each pixel, weights down to 1/1000, 65,536 rays a sample, the whole picture.
     #[must_use]
     pub fn new(width: u32, height: u32, camera: Camera) -> Self {
         Self {
@@ -65,6 +69,7 @@ impl RenderSettings {
             samples: 1,
             max_depth: 8,
             min_weight: 1e-3,
+            max_rays: 1 << 16,
             shading: Shading::Pbr,
             aovs: false,
             counters: false,

@@ -1,7 +1,7 @@
 //! What a render took, in rays and in work.
 
 /// Words of the device's counters (shaders/counters.wgsl).
-pub(crate) const COUNTERS: usize = 11;
+pub(crate) const COUNTERS: usize = 12;
 
 /// Rays and work of a render. The same for the same scene and settings, whatever the machine does besides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,9 +48,36 @@ pub struct EndCounts {
     pub weight: u64,
     /// No room in the ray stack or the medium stack.
     pub storage: u64,
+    /// No ray left of those that the sample's tree may have ([`RenderSettings::max_rays`](crate::RenderSettings::max_rays)).
+    pub budget: u64,
+}
+
+/// Branches of ray trees that ended for want of room. Counted in every render: the picture lacks their light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// No room in the ray stack or the medium stack.
+    pub storage: u64,
+    /// No ray left of those that the sample's tree may have.
+    pub budget: u64,
+}
+
+impl Dropped {
+    /// For either reason.
+    #[must_use]
+    pub fn total(self) -> u64 {
+        self.storage + self.budget
+    }
 }
 
 impl Counters {
+    /// What the picture lacks.
+    pub(crate) fn dropped(&self) -> Dropped {
+        Dropped {
+            storage: self.ended.storage,
+            budget: self.ended.budget,
+        }
+    }
+
     /// Adds the counters of a dispatch; how many slots it left unfinished.
     pub(crate) fn add(&mut self, words: &[u32]) -> u32 {
         let totals = [
@@ -64,6 +91,7 @@ impl Counters {
             &mut self.ended.depth,
             &mut self.ended.weight,
             &mut self.ended.storage,
+            &mut self.ended.budget,
         ];
         for (total, &count) in totals.into_iter().zip(&words[1..]) {
             *total += u64::from(count);

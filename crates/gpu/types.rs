@@ -56,7 +56,7 @@ pub struct Frame {
     pub tangent_offset: u32,
     pub rotation_cos: f32,
     pub rotation_sin: f32,
-    pub unused_0: u32,
+    pub max_rays: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
@@ -166,7 +166,7 @@ pub struct Slot {
     pub stack_height: u32,
     pub next_sample: u32,
     pub rays: u32,
-    pub unused: u32,
+    pub common_rays: u32,
 }
 
 /// A ray for the probe kernel.

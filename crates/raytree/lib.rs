@@ -33,8 +33,9 @@ pub use raytree_film::{
     Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
 };
 pub use raytree_gpu::{
-    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Feature, ProgramFeatures, Progress,
-    Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading, build_bvh, list_devices,
+    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature, ProgramFeatures,
+    Progress, Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading, build_bvh,
+    list_devices,
 };
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
@@ -53,6 +54,8 @@ pub struct Rendering {
     pub film: Film,
     /// Rays and work, if the settings ask for them.
     pub counters: Option<Counters>,
+    /// What the picture lacks.
+    pub dropped: Dropped,
     /// What the program contained.
     pub features: ProgramFeatures,
     /// Time to build the hierarchy.
@@ -87,6 +90,7 @@ pub fn render(
     let Rendered {
         film,
         counters,
+        dropped,
         features,
         times,
         dispatches,
@@ -94,6 +98,7 @@ pub fn render(
     Ok(Rendering {
         film,
         counters,
+        dropped,
         features,
         bvh_time,
         times,

@@ -102,7 +102,8 @@ fn json_has_the_documented_keys() {
     let folder = Folder::new();
     let report = folder.json("@critical-prism.glb --size 64x48 --spp 2 --json --counters -o a.png");
     let all = [
-        "scene", "device", "settings", "features", "time_ms", "counters", "outputs", "warnings",
+        "scene", "device", "settings", "features", "time_ms", "counters", "dropped", "outputs",
+        "warnings",
     ];
     assert_eq!(keys(&report), all);
     assert_eq!(
@@ -128,13 +129,14 @@ fn json_has_the_documented_keys() {
     );
     assert_eq!(
         keys(&counters["ended"]),
-        ["miss", "depth", "weight", "storage"]
+        ["miss", "depth", "weight", "storage", "budget"]
     );
 
     assert!(report["scene"]["triangles"].as_u64() > Some(10));
     assert_eq!(counters["rays"]["primary"], 64 * 48 * 2);
     assert!(counters["rays"]["refraction"].as_u64() > Some(100));
     assert_eq!(counters["ended"]["storage"], 0);
+    assert_eq!(report["dropped"], json!({ "storage": 0, "budget": 0 }));
     assert!(
         report["features"]["used"]
             .as_array()
@@ -238,4 +240,29 @@ fn the_log_is_there_for_those_who_ask() {
         .mentions(&["device opened"]);
     assert_eq!(with_log("off").succeeded().stderr, "");
     with_log("raytree=loud").failed(2, &["RAYTREE_LOG"]);
+}
+
+#[test]
+fn a_picture_that_lacks_branches_says_so() {
+    need_device!();
+    let folder = Folder::new();
+    let arguments =
+        "@glass-in-water.glb --size 32x24 --min-weight 0 --depth 64 --max-rays 40 --json";
+    let run = folder.run(arguments).succeeded();
+    let report = run.json();
+    assert_eq!(report["settings"]["max_rays"], 40);
+    assert!(report["dropped"]["budget"].as_u64() > Some(100), "{report}");
+    assert_eq!(report["dropped"]["storage"], 0);
+    run.mentions(&["warning: ", "branches were dropped", "--max-rays"]);
+    assert_eq!(
+        folder.run(&format!("-q {arguments}")).succeeded().stderr,
+        ""
+    );
+    let run = folder
+        .run("@facing-mirrors.glb --size 32x24 --depth 1000 --min-weight 0")
+        .succeeded();
+    assert!(!run.stderr.contains("warning"), "{}", run.stderr);
+    folder
+        .run("@cornell.glb --max-rays 0")
+        .refused(&["--max-rays"]);
 }
