@@ -30,6 +30,7 @@ macro_rules! cases {
 
 cases! {
     scale "our own scenes from 10^-12 to 10^12 times their size",
+    trees "mirrors a thousand deep, and trees of 2^64 rays",
 }
 
 /// Which cases to run.

@@ -1,3 +1,4 @@
 //! The cases, one file each. `STRESS.md` at the project's root explains them.
 
 pub(crate) mod scale;
+pub(crate) mod trees;
