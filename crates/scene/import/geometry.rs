@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
-use super::primitive::Primitive;
+use super::primitive::{Dropped, Primitive};
 use crate::model::{Frame, Geometry, Triangle};
 
 /// A primitive where a node puts it.
@@ -40,20 +40,20 @@ pub(super) struct Layout {
     pub(super) colors: bool,
 }
 
-/// Puts all instances into one geometry. Also returns how many triangles were dropped because they have no area.
+/// Puts all instances into one geometry. Also returns how many triangles were left out.
 pub(super) fn assemble(
     instances: &[Instance<'_>],
     frame: &Frame,
     layout: &Layout,
-) -> (Geometry, usize) {
+) -> (Geometry, Dropped) {
     let mut geometry = Geometry {
         uv_sets: vec![Vec::new(); layout.uv_sets],
         ..Geometry::default()
     };
-    let dropped = instances
-        .iter()
-        .map(|instance| append(&mut geometry, instance, frame, layout))
-        .sum();
+    let mut dropped = Dropped::default();
+    for instance in instances {
+        dropped += append(&mut geometry, instance, frame, layout);
+    }
     (geometry, dropped)
 }
 
@@ -62,7 +62,7 @@ fn append(
     instance: &Instance<'_>,
     frame: &Frame,
     layout: &Layout,
-) -> usize {
+) -> Dropped {
     let Instance {
         primitive,
         world,
@@ -88,9 +88,10 @@ fn append(
     let positions = &geometry.positions;
     geometry
         .triangles
-        .extend(placed.filter(|triangle| area_normal(positions, triangle) != DVec3::ZERO));
+        .extend(placed.filter(|triangle| has_area(positions, triangle)));
     let kept = geometry.triangles.len() - first_triangle;
-    let dropped = primitive.triangles.len() - kept + primitive.degenerate;
+    let mut dropped = primitive.dropped;
+    dropped.no_area += primitive.triangles.len() - kept;
     if kept == 0 {
         geometry.positions.truncate(first_vertex);
         return dropped;
@@ -119,7 +120,12 @@ fn extend_or_fill<T: Copy>(list: &mut Vec<T>, values: &[T], count: usize, missin
     }
 }
 
-/// Twice the triangle's area along its normal; zero if it has no area in scene space's f32.
+/// Does any ray hit it? The area has to be more than nothing in f32, which the device computes in.
+fn has_area(positions: &[Vec3], triangle: &Triangle) -> bool {
+    area_normal(positions, triangle).abs().max_element() >= f64::from(f32::MIN_POSITIVE)
+}
+
+/// Twice the triangle's area along its normal, scene space; zero if in scene space's f32 the corners lie on a line.
 fn area_normal(positions: &[Vec3], triangle: &Triangle) -> DVec3 {
     let [a, b, c] = triangle
         .vertices

@@ -31,7 +31,7 @@ pub use self::error::ImportError;
 use self::error::{Fault, Outcome, Warnings};
 use self::geometry::{Instance, Layout};
 use self::node::PlacedNode;
-use self::primitive::{Needs, Primitive, Size};
+use self::primitive::{Dropped, Needs, Primitive, Size};
 use self::texture::TextureTable;
 use crate::model::{Frame, Geometry, Material, Scene};
 
@@ -333,14 +333,19 @@ fn warn_of_losses(
     document: &Document,
     nodes: &[PlacedNode],
     geometry: &Geometry,
-    dropped: usize,
+    dropped: Dropped,
     warnings: &mut Warnings,
 ) {
-    if dropped > 0 {
-        warnings.push(
-            "meshes",
-            format!("{dropped} triangles have no area and are left out"),
-        );
+    for (count, what) in [
+        (dropped.no_area, "triangles have no area"),
+        (
+            dropped.not_finite,
+            "triangles have a corner that is infinite or not a number",
+        ),
+    ] {
+        if count > 0 {
+            warnings.push("meshes", format!("{count} {what} and are left out"));
+        }
     }
     if geometry.triangles.is_empty() {
         warnings.push("the scene", "has no triangles");

@@ -1,7 +1,8 @@
 //! Mesh primitives (glTF 2.0, 3.7.2) in their mesh's own space: triangles of all three kinds, with the attributes that the
 //! scene needs, and nothing that no triangle uses.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+use std::ops::AddAssign;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use gltf::json;
@@ -29,8 +30,24 @@ pub(super) struct Primitive {
     pub(super) colors: Vec<Vec4>,
     /// Never with a repeated vertex.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// How many triangles were dropped because they repeat a vertex.
-    pub(super) degenerate: usize,
+    /// How many triangles were left out.
+    pub(super) dropped: Dropped,
+}
+
+/// How many triangles were left out, and why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Dropped {
+    /// They have no area: a vertex is repeated, or all three lie on a line.
+    pub(super) no_area: usize,
+    /// A corner is infinite or not a number.
+    pub(super) not_finite: usize,
+}
+
+impl AddAssign for Dropped {
+    fn add_assign(&mut self, other: Self) {
+        self.no_area += other.no_area;
+        self.not_finite += other.not_finite;
+    }
 }
 
 /// What the scene's materials ask of a primitive.
@@ -107,7 +124,8 @@ pub(super) fn load(
         return Ok(Primitive::default());
     };
     let corners = corners(document, buffers, primitive, position.count, place)?;
-    let (mut triangles, degenerate) = triangles(primitive.mode, &corners, place, warnings);
+    let (mut triangles, no_area) = triangles(primitive.mode, &corners, place, warnings);
+    let not_finite = drop_not_finite(&mut triangles, &position)?;
     let normal = attributes.get(Semantic::Normals, Usage::Normal)?;
 
     // The file's number of each of our vertices. Flat shading needs a vertex of its own for every corner.
@@ -119,7 +137,10 @@ pub(super) fn load(
 
     let mut loaded = Primitive {
         triangles,
-        degenerate,
+        dropped: Dropped {
+            no_area,
+            not_finite,
+        },
         ..Primitive::default()
     };
     loaded.positions = position
@@ -128,8 +149,10 @@ pub(super) fn load(
         .map(DVec3::from_array)
         .collect();
     if let Some(normal) = &normal {
-        loaded.normals = normal
-            .gather(&vertices)?
+        // A normal without length becomes that of a triangle at the vertex.
+        let mended = Mended::new("normals", "that of a triangle there is used", [0.0; 3]);
+        loaded.normals = mended
+            .gather(normal, &vertices, place, warnings)?
             .into_iter()
             .map(|n| DVec3::from_array(n).as_vec3())
             .collect();
@@ -143,8 +166,8 @@ pub(super) fn load(
             );
         }
         loaded.uv_sets.push(match uv {
-            Some(uv) => uv
-                .gather(&vertices)?
+            Some(uv) => Mended::new("texture coordinates", "(0, 0) is used", [0.0; 2])
+                .gather(&uv, &vertices, place, warnings)?
                 .into_iter()
                 .map(|[u, v]| Vec2::new(u as f32, v as f32))
                 .collect(),
@@ -152,12 +175,14 @@ pub(super) fn load(
         });
     }
     if let Some(color) = attributes.get(Semantic::Colors(0), Usage::Color)? {
-        loaded.colors = gather_colors(&color, &vertices)?;
+        loaded.colors = gather_colors(&color, &vertices, place, warnings)?;
     }
     if let Some(normal_map) = &needs.normal_map {
         let given = attributes.get(Semantic::Tangents, Usage::Tangent)?;
         match (given, normal) {
-            (Some(tangent), Some(_)) => loaded.tangents = gather_tangents(&tangent, &vertices)?,
+            (Some(tangent), Some(_)) => {
+                loaded.tangents = gather_tangents(&tangent, &vertices, place, warnings)?;
+            }
             // Tangents without normals are to be ignored (3.7.2.1).
             _ => loaded = with_tangents(loaded, normal_map),
         }
@@ -313,22 +338,97 @@ fn unshare_vertices(triangles: &mut [[u32; 3]]) -> Vec<u32> {
     vertices
 }
 
-fn gather_colors(color: &Accessor<'_>, vertices: &[u32]) -> Outcome<Vec<Vec4>> {
+/// Takes out the triangles with a corner that is infinite or not a number; how many these were.
+fn drop_not_finite(triangles: &mut Vec<[u32; 3]>, position: &Accessor<'_>) -> Outcome<usize> {
+    let before = triangles.len();
+    let corners = position.gather(triangles.as_flattened())?;
+    let finite = |corner: &[f64; 3]| corner.iter().all(|x| x.is_finite());
+    let mut all_finite = corners
+        .chunks_exact(3)
+        .map(|corners| corners.iter().all(finite));
+    triangles.retain(|_| all_finite.next().unwrap_or(true));
+    Ok(before - triangles.len())
+}
+
+/// A vertex attribute that the picture can do without where it is infinite or not a number.
+struct Mended<const N: usize> {
+    name: &'static str,
+    remedy: &'static str,
+    instead: [f64; N],
+}
+
+impl<const N: usize> Mended<N> {
+    fn new(name: &'static str, remedy: &'static str, instead: [f64; N]) -> Self {
+        Self {
+            name,
+            remedy,
+            instead,
+        }
+    }
+
+    /// The attribute of the vertices, all finite; warns of how many were not.
+    fn gather(
+        &self,
+        attribute: &Accessor<'_>,
+        vertices: &[u32],
+        place: &str,
+        warnings: &mut Warnings,
+    ) -> Outcome<Vec<[f64; N]>> {
+        let mut values = attribute.gather(vertices)?;
+        // Flat shading has vertices several times over.
+        let mut mended = BTreeSet::new();
+        for (value, &vertex) in values.iter_mut().zip(vertices) {
+            if value.iter().any(|x| !x.is_finite()) {
+                *value = self.instead;
+                mended.insert(vertex);
+            }
+        }
+        if !mended.is_empty() {
+            let (count, name, remedy) = (mended.len(), self.name, self.remedy);
+            warnings.push(
+                place,
+                format!("{count} of its {name} are infinite or not a number; {remedy}"),
+            );
+        }
+        Ok(values)
+    }
+}
+
+fn gather_colors(
+    color: &Accessor<'_>,
+    vertices: &[u32],
+    place: &str,
+    warnings: &mut Warnings,
+) -> Outcome<Vec<Vec4>> {
+    const NAME: &str = "colours";
+    const REMEDY: &str = "white is used";
     let opaque = |[r, g, b]: [f64; 3]| Vec4::new(r as f32, g as f32, b as f32, 1.0);
     Ok(match color.components {
-        3 => color.gather(vertices)?.into_iter().map(opaque).collect(),
-        _ => color
-            .gather(vertices)?
+        3 => Mended::new(NAME, REMEDY, [1.0; 3])
+            .gather(color, vertices, place, warnings)?
+            .into_iter()
+            .map(opaque)
+            .collect(),
+        _ => Mended::new(NAME, REMEDY, [1.0; 4])
+            .gather(color, vertices, place, warnings)?
             .into_iter()
             .map(|c: [f64; 4]| Vec4::from_array(c.map(|x| x as f32)))
             .collect(),
     })
 }
 
-fn gather_tangents(tangent: &Accessor<'_>, vertices: &[u32]) -> Outcome<Vec<Vec4>> {
+fn gather_tangents(
+    tangent: &Accessor<'_>,
+    vertices: &[u32],
+    place: &str,
+    warnings: &mut Warnings,
+) -> Outcome<Vec<Vec4>> {
     // Exactly +1 or -1, whatever quantisation or a careless exporter made of it.
     let sign = |w: f64| if w < 0.0 { -1.0 } else { 1.0 };
-    let gathered = tangent.gather(vertices)?.into_iter();
+    let mended = Mended::new("tangents", "any direction is used", [0.0, 0.0, 0.0, 1.0]);
+    let gathered = mended
+        .gather(tangent, vertices, place, warnings)?
+        .into_iter();
     Ok(gathered
         .map(|[x, y, z, w]: [f64; 4]| Vec4::new(x as f32, y as f32, z as f32, sign(w)))
         .collect())
@@ -366,7 +466,7 @@ fn with_tangents(primitive: Primitive, normal_map: &TextureRef) -> Primitive {
             .collect(),
         colors: select(&primitive.colors, &sources),
         triangles: split_triangles,
-        degenerate: primitive.degenerate,
+        dropped: primitive.dropped,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use glam::{Vec2, Vec3, Vec4};
 use raytree_scene::import::{ImportError, ImportOptions, import, import_with};
 use serde_json::{Value, json};
 
@@ -420,16 +421,69 @@ fn indices_out_of_range_and_restart_values() {
     );
 }
 
+/// glTF forbids them (3.6.2.2), but a picture of the rest is worth more than none.
 #[test]
 fn infinite_and_undefined_vertices() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let mut file = Gltf::triangle();
-        file.binary[4..8].copy_from_slice(&value.to_le_bytes());
-        assert!(
-            file.error()
-                .contains("accessors[0]: element 0 is infinite or not a number")
+        let mut file = Gltf::empty();
+        let far = [[5.0, 5.0, 5.0], [6.0, value, 5.0], [5.0, 6.0, 5.0]];
+        let positions = file.floats(&[TRIANGLE, far].concat());
+        let indices = file.indices(&[0, 1, 2, 0, 1, 4, 3, 4, 5]);
+        file.show(json!({ "attributes": { "POSITION": positions }, "indices": indices }));
+        let scene = file.import();
+        assert_eq!(world_triangles(&scene).len(), 1);
+        assert_eq!(scene.frame.centre.to_array(), [0.5, 0.5, 0.0]);
+        assert_eq!(
+            warnings(&scene),
+            ["meshes: 2 triangles have a corner that is infinite or not a number and are left out"]
         );
     }
+}
+
+#[test]
+fn infinite_and_undefined_attributes_are_mended_and_counted_once() {
+    let mut file = Gltf::with_material(json!({ "normalTexture": { "index": 0 } }));
+    crate::materials::add_texture(&mut file);
+    let (nan, inf) = (f32::NAN, f32::INFINITY);
+    let normals = file.floats(&[[0.0, nan, 1.0], [0.6, 0.0, 0.8], [0.0, -inf, 0.0]]);
+    let tangents = file.floats(&[
+        [1.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, -1.0],
+        [nan, 0.0, 0.0, 1.0],
+    ]);
+    let uvs = file.floats(&[[inf, 1.0], [0.5, 0.5], [nan, nan]]);
+    let colors = file.floats(&[[1.0, 0.5, 0.0, 1.0], [nan, 1.0, 1.0, 1.0], [0.0; 4]]);
+    file.primitive()["attributes"] = json!({
+        "POSITION": 0, "NORMAL": normals, "TANGENT": tangents, "TEXCOORD_0": uvs, "COLOR_0": colors,
+    });
+    let scene = file.import();
+    let geometry = &scene.geometry;
+    assert_eq!(geometry.normals[0], Vec3::Z);
+    assert_close(geometry.normals[1], Vec3::new(0.6, 0.0, 0.8));
+    assert_eq!(geometry.normals[2], Vec3::Z);
+    assert!(geometry.tangents[2].is_finite());
+    assert_eq!(geometry.uv_sets[0][0], Vec2::ZERO);
+    assert_eq!(geometry.uv_sets[0][1], Vec2::splat(0.5));
+    assert_eq!(geometry.colors[1], Vec4::ONE);
+    let mended = |count: usize, what: &str| format!("mesh 0, primitive 0: {count} of its {what}");
+    assert_eq!(
+        warnings(&scene),
+        [
+            mended(
+                2,
+                "normals are infinite or not a number; that of a triangle there is used"
+            ),
+            mended(
+                2,
+                "texture coordinates are infinite or not a number; (0, 0) is used"
+            ),
+            mended(1, "colours are infinite or not a number; white is used"),
+            mended(
+                1,
+                "tangents are infinite or not a number; any direction is used"
+            ),
+        ]
+    );
 }
 
 #[test]
