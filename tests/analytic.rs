@@ -798,10 +798,13 @@ fn a_scene_looks_the_same_wherever_and_however_large() {
         return;
     };
     let folder = tempfile::tempdir().expect("a writable folder for temporary files");
+    let picture = |scene: &Scene, camera| {
+        let settings = RenderSettings::new(64, 48, camera);
+        support::render(device, scene, &settings).film.radiance
+    };
     let placed = |scale, place| {
         let scene = placed_scene(folder.path(), scale, place);
-        let settings = RenderSettings::new(64, 48, support::camera(&scene));
-        support::render(device, &scene, &settings).film.radiance
+        picture(&scene, support::camera(&scene))
     };
     let at_home = placed(1.0, [0.0; 3]);
     let lit = at_home.iter().filter(|colour| **colour != [0.0; 3]).count();
@@ -809,6 +812,11 @@ fn a_scene_looks_the_same_wherever_and_however_large() {
     assert!(placed(1024.0, [0.0; 3]) == at_home);
     assert!(placed(1.0 / 1024.0, [0.0; 3]) == at_home);
     assert!(placed(64.0, [-300.0, 77.5, 4096.0]) == at_home);
-    // The comparison has to be able to fail: another shape, by a scale that is no power of two.
-    assert!(placed(1.5, [0.0; 3]) != at_home);
+    // Nor where the scale is no power of two.
+    assert!(placed(1.5, [0.1; 3]) == at_home);
+    // The comparison has to be able to fail.
+    let scene = placed_scene(folder.path(), 1.0, [0.0; 3]);
+    let mut camera = support::camera(&scene);
+    camera.position.x += 1e-3;
+    assert!(picture(&scene, camera) != at_home);
 }

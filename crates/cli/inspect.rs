@@ -77,7 +77,7 @@ fn as_json(file: &str, scene: &Scene, features: ProgramFeatures) -> Value {
         "uv_sets": scene.geometry.uv_sets.len(),
         "vertex_colors": !scene.geometry.colors.is_empty(),
         "bounds": bounds,
-        "frame": { "centre": describe::point_json(frame.centre), "scale": frame.scale },
+        "frame": { "origin": describe::point_json(frame.origin.rounded()), "scale": frame.scale },
         "nodes": scene.nodes,
         "materials": materials,
         "textures": textures,
@@ -113,10 +113,11 @@ fn as_text(file: &str, scene: &Scene, features: ProgramFeatures) -> String {
             line("bounds", &format!("{low} to {high} m"));
         }
     }
-    let (centre, scale) = (describe::triple(scene.frame.centre), scene.frame.scale);
+    let origin = describe::triple(scene.frame.origin.rounded());
+    let scale = describe::short(scene.frame.scale);
     line(
         "frame",
-        &format!("centre {centre}, {scale} scene units a metre"),
+        &format!("origin {origin}, {scale} scene units a metre"),
     );
     line("nodes", &format!("{} with triangles", scene.nodes.len()));
 

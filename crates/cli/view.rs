@@ -47,14 +47,19 @@ fn aspect(size: Size) -> f64 {
 
 /// A camera from the command line, which speaks of world space.
 fn own_camera(args: &ViewArgs, scene: &Scene, aspect: f64) -> anyhow::Result<Camera> {
-    let to_scene = |world| scene.frame.to_scene(world);
+    let to_scene = |world: DVec3| scene.frame.to_scene(world);
     let eye = args
         .eye
         .map_or_else(|| framing_camera(scene, aspect).position, to_scene);
-    // The middle of the scene is the origin of scene space.
-    let target = args.target.map_or(DVec3::ZERO, to_scene);
+    let target = args.target.map_or_else(|| middle(scene), to_scene);
     let yfov = args.fov.unwrap_or(FOV).to_radians();
     Ok(look_at(eye, target, args.up, yfov, "command line")?)
+}
+
+/// Of the scene's bounding box, scene space.
+fn middle(scene: &Scene) -> DVec3 {
+    let (min, max) = scene.geometry.bounds().unwrap_or_default();
+    0.5 * (min + max)
 }
 
 /// By name first, so that a camera called "1" can be had.

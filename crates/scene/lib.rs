@@ -5,4 +5,5 @@ pub mod environment;
 pub mod features;
 pub mod import;
 pub mod model;
+pub mod place;
 pub mod studio;

@@ -3,16 +3,19 @@
 //! # Spaces
 //!
 //! - *World space*: metres, right-handed, Y up, as in the file.
-//! - *Scene space*: `(world - frame.centre) * frame.scale`, computed in f64 and rounded to f32 once. The scale is a power
-//!   of two that brings the longest side of the scene's bounding box into [1, 2), so the renderer's arithmetic is the same
-//!   wherever the scene lies and however large it is. **Everything in [`Scene`] is in scene space**: positions, cameras,
-//!   light positions, ranges, intensities (inverse square), attenuation distances.
+//! - *Scene space*: `(world - frame.origin) * frame.scale`, computed in f64, the difference in double-double ([`Place`]), and
+//!   rounded to f32 once. The scale makes the longest side of the scene's bounding box 1, so the renderer's arithmetic is the
+//!   same wherever the scene lies and however large it is. The origin is the box's point nearest to the file's first camera, so
+//!   that f32's roundings, which grow with the distance from the origin, look equally small from there wherever they are.
+//!   **Everything in [`Scene`] is in scene space**: positions, cameras, light positions, ranges, intensities (inverse
+//!   square), attenuation distances.
 //!
 //! Colours are linear, Rec. 709 primaries.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::environment::Environment;
+use crate::place::Place;
 
 /// A scene ready to render: world-space geometry, resolved materials, lights, cameras and surroundings.
 #[derive(Clone, Debug, Default)]
@@ -42,57 +45,68 @@ pub struct Scene {
     pub warnings: Vec<Warning>,
 }
 
-/// Scene space from world space: `scene = (world - centre) * scale`.
+/// Scene space from world space: `scene = (world - origin) * scale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// The middle of the scene's bounding box, world space, metres.
-    pub centre: DVec3,
-    /// A power of two, scene units a metre.
+    /// The point of the scene's bounding box that is nearest to the file's first camera: the camera itself where it is inside,
+    /// the middle of the box where there is no camera. World space, metres.
+    pub origin: Place,
+    /// Scene units a metre: 1 over the longest side of the scene's bounding box.
     pub scale: f64,
 }
 
 impl Default for Frame {
     fn default() -> Self {
         Self {
-            centre: DVec3::ZERO,
+            origin: Place::ORIGIN,
             scale: 1.0,
         }
     }
 }
 
 impl Frame {
-    /// The frame of a bounding box in world space: its centre, and the power of two that brings its longest side into
-    /// [1, 2). A box without extent (a point, or empty) keeps scale 1.
+    /// The frame in which `extent` metres are 1. An extent of 0, or beyond all measure, leaves metres.
     #[must_use]
-    pub fn of_bounds(min: DVec3, max: DVec3) -> Self {
-        if !(min.cmple(max).all() && min.is_finite() && max.is_finite()) {
-            return Self::default();
+    pub fn new(origin: Place, extent: f64) -> Self {
+        let scale = extent.recip();
+        let usable = scale.is_normal() && scale > 0.0;
+        Self {
+            origin,
+            scale: if usable { scale } else { 1.0 },
         }
-        // Halves first: the sum of two large coordinates may overflow.
-        let centre = min * 0.5 + max * 0.5;
-        let extent = (max - min).max_element();
-        let scale = if extent > 0.0 && extent.is_finite() {
-            power_of_two_below(extent).recip()
-        } else {
-            1.0
-        };
-        Self { centre, scale }
     }
 
     /// A point from world space into scene space.
     #[must_use]
-    pub fn to_scene(&self, world: DVec3) -> DVec3 {
-        (world - self.centre) * self.scale
+    pub fn to_scene(&self, world: impl Into<Place>) -> DVec3 {
+        self.to_scene_by([world.into().since(self.origin)])
+    }
+
+    /// The point at the sum of `steps`, metres from the frame's origin, in scene space.
+    ///
+    /// Its last ten bits, counted from the largest of the steps, are rounded away. They are noise, but noise decides ties: the
+    /// middle between two f32 numbers is a frequent value (an average of two file's coordinates ends there), and would become
+    /// the one or the other by how large the scene is, and the picture with it.
+    #[must_use]
+    pub fn to_scene_by<const N: usize>(&self, steps: [DVec3; N]) -> DVec3 {
+        let (sum, reach) = steps
+            .into_iter()
+            .fold((DVec3::ZERO, DVec3::ZERO), |(sum, reach), step| {
+                (sum + step, reach.max(step.abs()))
+            });
+        // Adding and taking away a large number leaves multiples of its last place.
+        let grid = (reach * self.scale).map(|reach| 1536.0 * power_of_two_below(reach));
+        (sum * self.scale + grid) - grid
     }
 
     /// A point from scene space into world space, metres.
     #[must_use]
     pub fn to_world(&self, scene: DVec3) -> DVec3 {
-        scene / self.scale + self.centre
+        self.origin.moved(scene / self.scale).rounded()
     }
 }
 
-/// The largest power of two that is at most `x`; `x` positive, finite and normal.
+/// The largest power of two that is at most `x`; `x` positive and finite. 0 for 0 and subnormal numbers.
 fn power_of_two_below(x: f64) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;
     f64::from_bits(x.to_bits() & !MANTISSA)
@@ -459,5 +473,41 @@ pub struct Warning {
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tie_falls_the_same_way_at_every_size() {
+        // 1 + 2^-24 lies in the middle between two f32; of an extent of 3, to make a third inexact.
+        let tie = 3.0 * (1.0 + 2_f64.powi(-24));
+        for size in (-12..=12).map(|k| 10_f64.powi(k)) {
+            let frame = Frame::new(Place::ORIGIN, 3.0 * size);
+            for noise in [0.0, 1e-15, -1e-15] {
+                let point = DVec3::splat(tie * size * (1.0 + noise));
+                assert_eq!(frame.to_scene(point).as_vec3(), Vec3::ONE, "{size:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_rounded_away_is_noise() {
+        let frame = Frame::new(DVec3::splat(1e6).into(), 2.0);
+        let point = DVec3::new(1e6 + 0.123_456_789, 1e6, 1e6 - 1e-9);
+        let expected = 0.5 * (point - DVec3::splat(1e6));
+        let error = (frame.to_scene(point) - expected).abs();
+        assert!(error.cmple(2_f64.powi(-43) * expected.abs()).all());
+        assert_eq!(frame.to_world(expected), point);
+        assert_eq!(frame.to_scene(DVec3::splat(1e6)), DVec3::ZERO);
+    }
+
+    #[test]
+    fn a_frame_without_extent_leaves_metres() {
+        for extent in [0.0, f64::INFINITY, f64::NAN, -1.0, 1e-320] {
+            assert_eq!(Frame::new(Place::ORIGIN, extent).scale, 1.0);
+        }
     }
 }

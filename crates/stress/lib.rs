@@ -14,6 +14,7 @@
 
 mod case;
 mod cases;
+mod documents;
 mod report;
 mod stage;
 

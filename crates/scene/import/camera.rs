@@ -43,7 +43,7 @@ fn place_camera(
     warnings: &mut Warnings,
 ) -> Option<Camera> {
     let place = document.place("nodes", node.index);
-    let axes = node.world.matrix3;
+    let axes = node.world.linear;
     let forward = -axes.z_axis.normalize_or_zero();
     let up = axes.y_axis.normalize_or_zero();
     let up = (up - up.dot(forward) * forward).normalize_or_zero();

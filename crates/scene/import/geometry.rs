@@ -1,29 +1,33 @@
 //! From the meshes' own spaces into scene space: every instance of every primitive becomes triangles in their place.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
+use glam::{DMat3, DVec3, Vec3, Vec4};
 
+use super::node::Transform;
 use super::primitive::{Dropped, Primitive};
 use crate::model::{Frame, Geometry, Triangle};
+use crate::place::Place;
 
 /// A primitive where a node puts it.
 pub(super) struct Instance<'a> {
     pub(super) primitive: &'a Primitive,
-    pub(super) world: DAffine3,
+    pub(super) world: Transform,
     /// Index into the scene's materials.
     pub(super) material: u32,
     /// Index into the scene's nodes.
     pub(super) node: u32,
 }
 
-/// The box around all triangles in world space, (min, max); empty boxes have min above max.
-pub(super) fn world_bounds(instances: &[Instance<'_>]) -> (DVec3, DVec3) {
+/// The box around all triangles, (min, max), world space but from `origin` on; empty boxes have min above max.
+pub(super) fn bounds_from(origin: Place, instances: &[Instance<'_>]) -> (DVec3, DVec3) {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let around = |instance: &Instance<'_>| {
+        let world = &instance.world;
+        let offset = world.translation.since(origin);
         let points = instance
             .primitive
             .positions
             .iter()
-            .map(|&point| instance.world.transform_point3(point));
+            .map(|&point| world.linear * point + offset);
         points.fold(empty, |(min, max), point| (min.min(point), max.max(point)))
     };
     // What a scale of zero has shrunk to a point has no triangles.
@@ -71,12 +75,21 @@ fn append(
     } = instance;
     let first_vertex = geometry.positions.len();
     let first_triangle = geometry.triangles.len();
-    let to_scene = |&point: &DVec3| frame.to_scene(world.transform_point3(point)).as_vec3();
+    let offset = world.translation.since(frame.origin);
+    let to_scene = |point: &DVec3| {
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = world.linear;
+        let steps = [offset, x_axis * point.x, y_axis * point.y, z_axis * point.z];
+        frame.to_scene_by(steps).as_vec3()
+    };
     geometry
         .positions
         .extend(primitive.positions.iter().map(to_scene));
 
-    let mirrored = world.matrix3.determinant() < 0.0;
+    let mirrored = world.linear.determinant() < 0.0;
     let placed = primitive.triangles.iter().map(|&[a, b, c]| {
         let vertices = if mirrored { [a, c, b] } else { [a, b, c] };
         Triangle {
@@ -140,7 +153,7 @@ fn append_normals(geometry: &mut Geometry, instance: &Instance<'_>, first_triang
     if instance.primitive.normals.is_empty() {
         geometry.normals.resize(first_vertex + count, Vec3::ZERO);
     } else {
-        let matrix = normal_matrix(&instance.world.matrix3);
+        let matrix = normal_matrix(&instance.world.linear);
         let normals = instance.primitive.normals.iter();
         geometry.normals.extend(
             normals.map(|normal| (matrix * normal.as_dvec3()).normalize_or_zero().as_vec3()),
@@ -204,7 +217,7 @@ fn append_tangents(geometry: &mut Geometry, instance: &Instance<'_>, mirrored: b
         .iter()
         .zip(&geometry.normals[first_vertex..])
     {
-        let direction = (instance.world.matrix3 * tangent.truncate().as_dvec3())
+        let direction = (instance.world.linear * tangent.truncate().as_dvec3())
             .normalize_or_zero()
             .as_vec3();
         let direction = if direction == Vec3::ZERO {

@@ -77,7 +77,7 @@ fn load_one(
         }
     };
     // Lights shine along -z; the node's scale leaves range and intensity alone.
-    let direction = (-node.world.matrix3.z_axis).normalize_or_zero();
+    let direction = (-node.world.linear.z_axis).normalize_or_zero();
     let position = frame.to_scene(node.world.translation);
     let kind = match json.get("type").and_then(Value::as_str) {
         Some("directional") => LightKind::Directional { direction },

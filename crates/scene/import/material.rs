@@ -178,18 +178,28 @@ impl Reader<'_> {
         if let Some(volume) = &extensions.volume
             && self.not_negative("thicknessFactor", volume.thickness_factor.0)? > 0.0
         {
-            let distance = volume.attenuation_distance.0;
-            // Also infinite where the file gives none.
-            let distance =
-                self.checked("attenuationDistance", distance, |d| d > 0.0, "above zero")?;
+            let distance = self.attenuation_distance()?;
             material.volume = Some(Volume {
                 attenuation_color: Vec3::from_array(
                     self.units("attenuationColor", volume.attenuation_color.0)?,
                 ),
-                attenuation_distance: f64::from(distance),
+                attenuation_distance: distance,
             });
         }
         Ok(())
+    }
+
+    /// Metres; infinite where the file gives none. In f64, as other lengths: the `gltf` crate would round it.
+    fn attenuation_distance(&self) -> Outcome<f64> {
+        let volume = self.json.pointer("/extensions/KHR_materials_volume");
+        let volume = volume.unwrap_or(&Value::Null);
+        match number(volume, "attenuationDistance", &self.place)? {
+            None => Ok(f64::INFINITY),
+            Some(distance) if distance > 0.0 => Ok(distance),
+            Some(distance) => Err(self.invalid(&format!(
+                "attenuationDistance is {distance}, but must be above zero"
+            ))),
+        }
     }
 
     /// 0 stands for an infinite index (KHR_materials_ior).

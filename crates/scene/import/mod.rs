@@ -11,6 +11,7 @@ mod container;
 mod document;
 mod error;
 mod extension;
+mod frame;
 mod geometry;
 mod light;
 mod material;
@@ -111,7 +112,7 @@ fn import_bytes(file: &[u8], folder: &Path, options: &ImportOptions) -> Outcome<
         &mut warnings,
     )?;
     let (node_names, instances) = place_instances(&document, &uses, &numbers, &primitives);
-    let frame = scene_frame(&instances)?;
+    let frame = frame::of_scene(&document, &nodes, &instances)?;
     let layout = Layout {
         uv_sets: uv_sets.len(),
         tangents: materials
@@ -307,25 +308,6 @@ fn place_instances<'a>(
         });
     }
     (names, instances)
-}
-
-/// Scene space. Refuses extents at which lengths or intensities in scene space would leave the range of f32.
-fn scene_frame(instances: &[Instance<'_>]) -> Outcome<Frame> {
-    const SMALLEST: f64 = 1e-15;
-    const LARGEST: f64 = 1e18;
-    let (min, max) = geometry::world_bounds(instances);
-    if min.cmpgt(max).any() {
-        return Ok(Frame::default());
-    }
-    let extent = (max - min).max_element();
-    let farthest = min.abs().max(max.abs()).max_element();
-    if !(farthest <= LARGEST && extent >= SMALLEST) {
-        let problem = format!(
-            "it is {extent:e} m large and reaches to {farthest:e} m; scale it to within {SMALLEST:e} and {LARGEST:e} m"
-        );
-        return Err(Fault::limit("the scene", problem));
-    }
-    Ok(Frame::of_bounds(min, max))
 }
 
 /// What only a look at the whole shows.

@@ -1,17 +1,47 @@
 //! Scenes and nodes (glTF 2.0, 3.5): which nodes are drawn, and where in the world. In f64 throughout.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 
 use super::document::{Document, index, numbers};
 use super::error::{Fault, Outcome};
+use crate::place::Place;
 
 /// A node of the scene.
 pub(super) struct PlacedNode {
     /// Index into the file's nodes.
     pub(super) index: usize,
     /// From the node's space into world space.
-    pub(super) world: DAffine3,
+    pub(super) world: Transform,
+}
+
+/// An affine map into world space: `point -> linear * point + translation`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Transform {
+    pub(super) linear: DMat3,
+    pub(super) translation: Place,
+}
+
+impl Transform {
+    const IDENTITY: Self = Self {
+        linear: DMat3::IDENTITY,
+        translation: Place::ORIGIN,
+    };
+
+    /// That of a child, whose own map is `linear` and `translation`.
+    fn of_child(&self, linear: DMat3, translation: DVec3) -> Self {
+        Self {
+            linear: self.linear * linear,
+            translation: self.translation.moved_by_product(&self.linear, translation),
+        }
+    }
+
+    /// Are all its numbers at most `limit` in size? Never if one is NaN.
+    fn is_within(&self, limit: f64) -> bool {
+        let linear = self.linear.to_cols_array().into_iter();
+        let mut numbers = linear.chain(self.translation.rounded().to_array());
+        numbers.all(|number| number.abs() <= limit)
+    }
 }
 
 /// The nodes that the default scene reaches, in the order of the file. Checks the whole hierarchy.
@@ -21,18 +51,15 @@ pub(super) fn placed_nodes(document: &Document) -> Outcome<Vec<PlacedNode>> {
     check_for_loops(document, nodes, &parents)?;
 
     let mut placed = Vec::new();
-    let mut pending: Vec<(usize, DAffine3)> = Vec::new();
+    let mut pending: Vec<(usize, Transform)> = Vec::new();
     for root in scene_roots(document, &parents)? {
-        pending.push((root, DAffine3::IDENTITY));
+        pending.push((root, Transform::IDENTITY));
         // A stack of our own: a chain of nodes may be as long as the file.
         while let Some((node, parent)) = pending.pop() {
-            let world = parent * local_transform(document, node, &nodes[node])?;
+            let (linear, translation) = local_transform(document, node, &nodes[node])?;
+            let world = parent.of_child(linear, translation);
             // Below this no product with a vertex can overflow.
-            let largest = world
-                .to_cols_array()
-                .into_iter()
-                .fold(0.0, |largest: f64, x| largest.max(x.abs()));
-            if !(world.is_finite() && largest <= 1e30) {
+            if !world.is_within(1e30) {
                 return Err(Fault::invalid(
                     document.place("nodes", node),
                     "its place in the world is beyond 1e30 m",
@@ -119,7 +146,8 @@ fn scene_roots(document: &Document, parents: &[Option<usize>]) -> Outcome<Vec<us
     Ok(roots)
 }
 
-fn local_transform(document: &Document, node: usize, json: &Value) -> Outcome<DAffine3> {
+/// Linear part and translation.
+fn local_transform(document: &Document, node: usize, json: &Value) -> Outcome<(DMat3, DVec3)> {
     let place = document.place("nodes", node);
     if let Some(matrix) = numbers::<16>(json, "matrix", &place)? {
         return affine(&matrix)
@@ -136,23 +164,17 @@ fn local_transform(document: &Document, node: usize, json: &Value) -> Outcome<DA
             "its rotation is not a unit quaternion",
         ));
     }
-    Ok(DAffine3::from_scale_rotation_translation(
-        scale,
-        rotation / length,
-        translation,
-    ))
+    let rotation = DMat3::from_quat(rotation / length);
+    Ok((rotation * DMat3::from_diagonal(scale), translation))
 }
 
 /// Column-major 4 by 4. Exporters leave rounding errors in the last row.
-fn affine(matrix: &[f64; 16]) -> Option<DAffine3> {
+fn affine(matrix: &[f64; 16]) -> Option<(DMat3, DVec3)> {
     const TOLERANCE: f64 = 1e-4;
     let column = |at: usize| DVec3::new(matrix[at], matrix[at + 1], matrix[at + 2]);
     let last_row = [matrix[3], matrix[7], matrix[11], matrix[15] - 1.0];
-    last_row
-        .iter()
-        .all(|x| x.abs() <= TOLERANCE)
-        .then(|| DAffine3 {
-            matrix3: DMat3::from_cols(column(0), column(4), column(8)),
-            translation: column(12),
-        })
+    last_row.iter().all(|x| x.abs() <= TOLERANCE).then(|| {
+        let linear = DMat3::from_cols(column(0), column(4), column(8));
+        (linear, column(12))
+    })
 }

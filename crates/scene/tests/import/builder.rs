@@ -228,10 +228,13 @@ pub fn world_corners(scene: &Scene, index: usize) -> [DVec3; 3] {
     scene.geometry.triangles[index].vertices.map(corner)
 }
 
-/// All triangles in world space; for coordinates that binary fractions hold exactly.
+/// All triangles in world space; for coordinates that are multiples of 2^-16, which they become again.
 pub fn world_triangles(scene: &Scene) -> Vec<[[f64; 3]; 3]> {
+    const GRID: f64 = 65_536.0;
+    // Adding zero turns -0 into 0.
+    let on_grid = |corner: DVec3| ((corner * GRID).round() / GRID + 0.0).to_array();
     (0..scene.geometry.triangles.len())
-        .map(|index| world_corners(scene, index).map(|corner| corner.to_array()))
+        .map(|index| world_corners(scene, index).map(on_grid))
         .collect()
 }
 

@@ -1,6 +1,6 @@
 //! Accessors, primitives, vertex attributes.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::json;
 
 use crate::builder::*;
@@ -41,18 +41,19 @@ fn a_bare_triangle_gets_all_defaults() {
 }
 
 #[test]
-fn scene_space_is_centred_and_scaled_by_a_power_of_two() {
+fn scene_space_has_extent_one_around_its_origin() {
     let mut file = Gltf::empty();
     let positions = file.floats(&[[10.0, 20.0, 30.0], [13.0, 20.0, 30.0], [10.0, 21.0, 30.0]]);
     file.show(json!({ "attributes": { "POSITION": positions } }));
     let scene = file.import();
-    assert_eq!(scene.frame.centre.to_array(), [11.5, 20.5, 30.0]);
-    // The longest side is 3: over 2 it is in [1, 2).
-    assert_eq!(scene.frame.scale, 0.5);
+    assert_eq!(scene.frame.origin, DVec3::new(11.5, 20.5, 30.0).into());
+    // The longest side is 3.
+    assert_eq!(scene.frame.scale, 1.0 / 3.0);
+    let sixth = 1.0 / 6.0;
     let expected = [
-        Vec3::new(-0.75, -0.25, 0.0),
-        Vec3::new(0.75, -0.25, 0.0),
-        Vec3::new(-0.75, 0.25, 0.0),
+        Vec3::new(-0.5, -sixth, 0.0),
+        Vec3::new(0.5, -sixth, 0.0),
+        Vec3::new(-0.5, sixth, 0.0),
     ];
     assert_eq!(scene.geometry.positions, expected);
 }
@@ -180,7 +181,7 @@ fn unused_vertices_do_not_count_for_the_frame() {
     let indices = file.indices(&[0, 1, 2, 0, 3, 3]);
     file.show(json!({ "attributes": { "POSITION": positions }, "indices": indices }));
     let scene = file.import();
-    assert_eq!(scene.frame.centre.to_array(), [0.5, 0.5, 0.0]);
+    assert_eq!(scene.frame.origin, DVec3::new(0.5, 0.5, 0.0).into());
     assert_eq!(
         warnings(&scene),
         ["meshes: 1 triangles have no area and are left out"]

@@ -35,10 +35,8 @@ fn a_scene_far_from_the_origin_keeps_its_shape() {
     // In single precision these would be whole multiples of a half.
     file.json["nodes"][0]["translation"] = json!([6_378_137.062_5, -1e7, 0.0]);
     let scene = file.import();
-    assert_eq!(
-        scene.frame.centre.to_array(),
-        [6_378_137.562_5, -9_999_999.5, 0.0]
-    );
+    let middle = DVec3::new(6_378_137.562_5, -9_999_999.5, 0.0);
+    assert_eq!(scene.frame.origin, middle.into());
     assert_eq!(
         scene.geometry.positions,
         Gltf::triangle().import().geometry.positions
@@ -62,7 +60,7 @@ fn the_default_scene_else_the_first_else_all_roots() {
     let scene = file.import();
     assert_eq!(scene.nodes, ["node 0", "at 20"]);
     assert_eq!(scene.geometry.triangles[1].node, 1);
-    assert_eq!(scene.frame.centre.x, 10.5);
+    assert_eq!(scene.frame.origin.rounded().x, 10.5);
 }
 
 #[test]
@@ -155,7 +153,7 @@ fn a_scale_of_zero_drops_the_triangles() {
     file.push("nodes", json!({ "mesh": 0 }));
     let scene = file.import();
     assert_eq!(scene.geometry.triangles.len(), 1);
-    assert_eq!(scene.frame.centre.to_array(), [0.5, 0.5, 0.0]);
+    assert_eq!(scene.frame.origin, DVec3::new(0.5, 0.5, 0.0).into());
     assert_eq!(
         warnings(&scene),
         ["meshes: 1 triangles have no area and are left out"]

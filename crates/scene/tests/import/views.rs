@@ -32,7 +32,8 @@ fn a_camera_without_transform_looks_along_minus_z() {
     let scene = camera(perspective(0.5), json!({})).import();
     let expected = Camera {
         name: "camera 0".to_owned(),
-        position: DVec3::new(-0.5, -0.5, 0.0),
+        // The point of the triangle's box that is nearest to it is where it stands.
+        position: DVec3::ZERO,
         right: DVec3::X,
         up: DVec3::Y,
         forward: DVec3::NEG_Z,
@@ -52,7 +53,10 @@ fn cameras_follow_their_nodes_but_not_their_scale() {
     let scene = camera(perspective(0.5), node).import();
     let camera = &scene.cameras[0];
     assert_eq!(camera.name, "eye");
-    assert_eq!(camera.position, DVec3::new(1.0, 0.0, 2.0));
+    assert_eq!(
+        scene.frame.to_world(camera.position),
+        DVec3::new(6.0, 2.0, 8.0)
+    );
     assert!((camera.forward - DVec3::NEG_X).length() < 1e-12);
     assert!((camera.right - DVec3::NEG_Z).length() < 1e-12);
     assert!((camera.up - DVec3::Y).length() < 1e-12);
@@ -202,7 +206,8 @@ fn spot_lights_and_the_defaults() {
     let scene = light(json!({ "type": "spot", "spot": {} }), json!({})).import();
     let (kind, intensity) = only_light(&scene);
     let expected = LightKind::Spot {
-        position: DVec3::new(-0.5, -0.5, 0.0),
+        // The point of the triangle's box that is nearest to it is where it stands.
+        position: DVec3::ZERO,
         direction: DVec3::NEG_Z,
         range: f64::INFINITY,
         inner_cone_angle: 0.0,
