@@ -21,3 +21,5 @@
 @group(1) @binding(3) var<storage, read_write> aovs: array<Aov>;
 @group(1) @binding(4) var<storage, read> probe_rays: array<ProbeRay>;
 @group(1) @binding(5) var<storage, read_write> probe_hits: array<ProbeHit>;
+@group(1) @binding(6) var<storage, read> piece_arguments: array<u32>;
+@group(1) @binding(7) var<storage, read_write> piece_results: array<u32>;

@@ -7,6 +7,7 @@ struct Interface {
     f0: vec3f, // .. with KHR_materials_specular
     f90: f32,
     cos_i: f32, // dot(ns, wo)
+    across: vec3f, // ns x wo; only for solids
     cos_t: f32, // of the refracted ray; 0 in total internal reflection
     total: bool, // total internal reflection
     fresnel: vec3f, // F(cos_i)
@@ -19,22 +20,21 @@ fn same_index(a: f32, b: f32) -> bool {
     return abs(a - b) <= SAME_INDEX * max(a, b);
 }
 
-// cos of the refracted angle, squared; zero or less: total internal reflection. (1 - c)(1 + c) keeps its digits near
-// grazing and critical angles, where 1 - c*c has none left.
+// cos of the refracted angle, squared; zero or less: total internal reflection. (1 - c)(1 + c) keeps the digits that c has,
+// where 1 - c*c has none left. Rays that refract need more: interface_at.
 fn refracted_cos_squared(eta_i: f32, eta_t: f32, cos_i: f32) -> f32 {
     let ratio = eta_i / eta_t;
     return 1.0 - ratio * ratio * (1.0 - cos_i) * (1.0 + cos_i);
 }
 
-// Unpolarised Fresnel reflectance of a dielectric, exact.
-fn dielectric_reflectance(eta_i: f32, eta_t: f32, cos_i: f32) -> f32 {
+// Unpolarised Fresnel reflectance of a dielectric, exact. `squared`: cos^2 of the refracted angle.
+fn dielectric_reflectance(eta_i: f32, eta_t: f32, cos_i: f32, squared: f32) -> f32 {
     if (same_index(eta_i, eta_t)) {
         return 0.0;
     }
     if (eta_t >= IOR_INFINITE) {
         return 1.0;
     }
-    let squared = refracted_cos_squared(eta_i, eta_t, cos_i);
     if (squared <= 0.0) {
         return 1.0;
     }
@@ -56,8 +56,8 @@ fn normal_reflectance(eta_i: f32, eta_t: f32) -> f32 {
 }
 
 // F(c): the exact curve, stretched to start at F0 and end at F90.
-fn fresnel(interface_: Interface, cos_i: f32) -> vec3f {
-    let exact = dielectric_reflectance(interface_.eta_i, interface_.eta_t, cos_i);
+fn fresnel(interface_: Interface, cos_i: f32, cos_t_squared: f32) -> vec3f {
+    let exact = dielectric_reflectance(interface_.eta_i, interface_.eta_t, cos_i, cos_t_squared);
     if (interface_.r0 >= 1.0) {
         return interface_.f0;
     }
@@ -77,10 +77,17 @@ fn interface_at(surface: Surface, eta_i: f32, eta_t: f32) -> Interface {
     made.f0 = min(made.r0 * surface.specular_color, vec3f(1.0)) * surface.specular;
     made.f90 = surface.specular;
     made.cos_i = clamp(dot(surface.ns, surface.wo), 0.0, 1.0);
-    let squared = refracted_cos_squared(eta_i, eta_t, made.cos_i);
+    var squared = refracted_cos_squared(eta_i, eta_t, made.cos_i);
+    if (HAS_SOLIDS) {
+        // From the sine, to twice the digits of f32: close to the critical angle all of them show in the refracted ray.
+        let angle = precise_angle(surface.ns, surface.wo);
+        made.cos_i = clamp(angle.cosine, 0.0, 1.0);
+        made.across = angle.across;
+        squared = one_minus_ratio_squared(eta_i, eta_t, angle.sine_squared);
+    }
     made.total = squared <= 0.0 && !same_index(eta_i, eta_t);
     made.cos_t = sqrt(max(squared, 0.0));
-    made.fresnel = fresnel(made, made.cos_i);
+    made.fresnel = fresnel(made, made.cos_i, squared);
     return made;
 }
 
@@ -91,9 +98,13 @@ fn reflected_direction(surface: Surface, cos_i: f32) -> vec3f {
     return normalize(mirrored - 2.0 * below * surface.ng);
 }
 
+// The part along the surface as ns x (ns x wo): wo - cos_i ns would leave few digits of it near normal incidence, which a
+// high index then magnifies.
 fn refracted_direction(surface: Surface, made: Interface) -> vec3f {
-    let ratio = made.eta_i / made.eta_t;
-    let bent = -ratio * surface.wo + (ratio * made.cos_i - made.cos_t) * surface.ns;
+    if (same_index(made.eta_i, made.eta_t)) {
+        return -surface.wo; // to the last bit: what has the index of its surroundings can't be seen
+    }
+    let bent = (made.eta_i / made.eta_t) * cross(surface.ns, made.across) - made.cos_t * surface.ns;
     let above = max(dot(bent, surface.ng), 0.0);
     return normalize(bent - 2.0 * above * surface.ng);
 }

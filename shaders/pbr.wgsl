@@ -37,7 +37,7 @@ fn pbr_direct(surface: Surface, made: Interface, wi: vec3f) -> vec3f {
     let half_vector = normalize_or(wi + surface.wo, surface.ns);
     let cos_i = clamp(dot(surface.ns, wi), 0.0, 1.0);
     let cos_d = clamp(dot(wi, half_vector), 0.0, 1.0);
-    let reflectance = fresnel(made, cos_d);
+    let reflectance = fresnel(made, cos_d, refracted_cos_squared(made.eta_i, made.eta_t, cos_d));
     var value = (1.0 - surface.metallic) * (1.0 - surface.transmission) / PI * (1.0 - max_component(reflectance)) * surface.base;
     let alpha = surface.roughness * surface.roughness;
     if (alpha >= LEAST_HIGHLIGHT_ALPHA) {

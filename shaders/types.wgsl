@@ -39,6 +39,10 @@ struct Frame {
     rotation_cos: f32, // of the environment about +Y
     rotation_sin: f32,
     max_rays: u32, // of a sample's tree, shadow rays left out
+    zero: u32, // always 0, which compilers can't know: precise.wgsl
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
     environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 

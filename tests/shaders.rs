@@ -15,14 +15,20 @@ use std::{collections::BTreeSet, fs, path::Path};
 use naga::Module;
 use raytree::{Feature, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading};
 use raytree_gpu::{
-    Kernel, assemble, bindings_of,
+    Kernel, Piece, assemble, bindings_of,
     source::{self, Limits, SOURCE_FILES},
     specialise,
 };
 
 use module::{call_sites, constant_branches, copies, names, size};
 
-const KERNELS: [Kernel; 3] = [Kernel::Render, Kernel::Aov, Kernel::Probe];
+/// Every entry point.
+fn kernels() -> impl Iterator<Item = Kernel> {
+    let pieces = Piece::ALL.iter().map(|&piece| Kernel::Piece(piece));
+    [Kernel::Render, Kernel::Aov, Kernel::Probe]
+        .into_iter()
+        .chain(pieces)
+}
 
 fn program(kernel: Kernel, features: ProgramFeatures) -> Module {
     assemble(kernel, features, Limits::for_depth(32))
@@ -139,7 +145,7 @@ fn every_program_assembles_and_is_folded() {
         sets.push(ProgramFeatures::default().with(feature, true));
         sets.push(everything_but(&[feature]));
     }
-    for kernel in KERNELS {
+    for kernel in kernels() {
         for &features in &sets {
             let module = program(kernel, features);
             assert_eq!(module.entry_points.len(), 1);
@@ -182,7 +188,12 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
     ),
     (
         &[Feature::Solids],
-        &["refracted_direction", "enter_medium", "leave_medium"],
+        &[
+            "refracted_direction",
+            "precise_angle",
+            "enter_medium",
+            "leave_medium",
+        ],
     ),
     (&[Feature::Absorption], &["medium_transmittance"]),
     (
@@ -286,7 +297,7 @@ fn the_least_programs_bind_the_least() {
 /// Devices are asked for 10 storage buffers (`crates/gpu/device.rs`).
 #[test]
 fn the_largest_program_can_be_bound() {
-    for kernel in KERNELS {
+    for kernel in kernels() {
         let module = program(kernel, ProgramFeatures::everything());
         let bound = module
             .global_variables

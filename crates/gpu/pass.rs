@@ -6,6 +6,7 @@ use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor};
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
+    piece::{PieceCall, PieceResult},
     pipeline::{Buffers, Pipeline, read_back},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
@@ -94,6 +95,20 @@ impl Pass {
                 }
                 "probe_hits" => {
                     buffers.reserve(device, name, slots * size_of::<ProbeHit>() as u64, readable)?
+                }
+                "piece_arguments" => buffers.reserve(
+                    device,
+                    name,
+                    slots * size_of::<PieceCall>() as u64,
+                    BufferUsages::STORAGE,
+                )?,
+                "piece_results" => {
+                    buffers.reserve(
+                        device,
+                        name,
+                        slots * size_of::<PieceResult>() as u64,
+                        readable,
+                    )?;
                 }
                 _ => {
                     let bytes = gpu_scene.bytes(name).unwrap_or_default();

@@ -5,6 +5,7 @@ use raytree_scene::features::SceneFeatures;
 use raytree_scene::model::Projection;
 
 use crate::{
+    piece::Piece,
     settings::{RenderSettings, Shading},
     source::{self, Limits, ShaderError},
     specialise::{SpecialiseError, specialise},
@@ -19,6 +20,8 @@ pub enum Kernel {
     Aov,
     /// Given rays, for tests and benches.
     Probe,
+    /// One function alone, for tests.
+    Piece(Piece),
 }
 
 impl Kernel {
@@ -29,6 +32,7 @@ impl Kernel {
             Self::Render => "render",
             Self::Aov => "aov",
             Self::Probe => "probe",
+            Self::Piece(piece) => piece.name(),
         }
     }
 }

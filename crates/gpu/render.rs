@@ -193,6 +193,17 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     Ok(())
 }
 
+/// What is the same for all of a picture, for kernels that render none.
+pub(crate) fn frame_of(
+    scene: &Scene,
+    gpu: &GpuScene,
+    bvh: &Bvh,
+    settings: &RenderSettings,
+    features: ProgramFeatures,
+) -> Frame {
+    Plan::new(scene, gpu, bvh, settings, features).frame
+}
+
 /// A picture's layout in batches, and the frame that they share.
 struct Plan {
     frame: Frame,

@@ -26,6 +26,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "types.wgsl",
     "bindings.wgsl",
     "math.wgsl",
+    "precise.wgsl",
     "counters.wgsl",
     "camera.wgsl",
     "intersect.wgsl",
@@ -43,6 +44,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "kernels/render.wgsl",
     "kernels/aov.wgsl",
     "kernels/probe.wgsl",
+    "kernels/pieces.wgsl",
 ];
 
 /// Array sizes that overrides can't set.

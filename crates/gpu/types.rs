@@ -57,6 +57,10 @@ pub struct Frame {
     pub rotation_cos: f32,
     pub rotation_sin: f32,
     pub max_rays: u32,
+    pub zero: u32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+    pub unused_2: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 

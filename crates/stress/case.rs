@@ -29,6 +29,7 @@ macro_rules! cases {
 }
 
 cases! {
+    fresnel "reflection and refraction at indices from 1/1000 to 1000, to within 1e-6 rad of grazing and critical angles",
     scale "our own scenes from 10^-12 to 10^12 times their size",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
 }

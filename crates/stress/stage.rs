@@ -4,7 +4,8 @@ use std::{ops::ControlFlow, time::Instant};
 
 use raytree_bvh::{Bvh, BvhError, Preset};
 use raytree_gpu::{
-    Device, ProgramFeatures, RenderError, RenderSettings, Rendered, build_bvh, probe, render,
+    Device, Piece, PieceCall, PieceResult, ProgramFeatures, RenderError, RenderSettings, Rendered,
+    build_bvh, evaluate, probe, render,
     types::{ProbeHit, ProbeRay},
 };
 use raytree_scene::{features::SceneFeatures, import::ImportError, model::Scene};
@@ -107,6 +108,23 @@ impl<'a> Stage<'a> {
         let hits = probe(self.device, scene, bvh, features, rays)?;
         self.count_rays(rays.len() as u64);
         Ok(hits)
+    }
+
+    /// What a single function of the shaders makes of each call, with the buffers of a picture of `scene` with `settings`. Counts
+    /// the calls as rays for the next row.
+    ///
+    /// # Errors
+    /// [`StressError`].
+    pub fn evaluate(
+        &mut self,
+        piece: Piece,
+        scene: &Scene,
+        settings: &RenderSettings,
+        calls: &[PieceCall],
+    ) -> Result<Vec<PieceResult>, StressError> {
+        let results = evaluate(self.device, piece, scene, settings, calls)?;
+        self.count_rays(calls.len() as u64);
+        Ok(results)
     }
 
     /// Rays that ran outside of [`Self::render`] and [`Self::probe`].

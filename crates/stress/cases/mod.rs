@@ -1,4 +1,5 @@
 //! The cases, one file each. `STRESS.md` at the project's root explains them.
 
+pub(crate) mod fresnel;
 pub(crate) mod scale;
 pub(crate) mod trees;
