@@ -5,7 +5,7 @@
 
 // The scene.
 @group(0) @binding(1) var<storage, read> nodes: array<vec4u>; // CWBVH, 5 a node
-@group(0) @binding(2) var<storage, read> leaf_vertices: array<f32>; // 9 a triangle, in leaf order
+@group(0) @binding(2) var<storage, read> leaf_vertices: array<f32>; // 12 a triangle, in leaf order: corners, unit normal
 @group(0) @binding(3) var<storage, read> leaf_triangles: array<LeafTriangle>; // in leaf order
 @group(0) @binding(4) var<storage, read> attributes: array<f32>; // normals, then uv sets, then colours, then tangents
 @group(0) @binding(5) var<storage, read> materials: array<Material>;

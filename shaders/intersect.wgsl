@@ -37,21 +37,21 @@ fn view_along(direction: vec3f) -> View {
 // value at an edge is a product of the same numbers, with opposite sign, in both triangles that share it: a ray slips through
 // neither edges nor vertices. (Edge functions in space, dot(d, cross(a, b)), hold at edges only: close to a vertex they are
 // differences of products with the distance to the origin, and their signs are noise.)
-fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, v0: vec3f, v1: vec3f, v2: vec3f) -> TriangleHit {
-    let a = v0 - origin;
-    let b = v1 - origin;
-    let c = v2 - origin;
+fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vertices) -> TriangleHit {
+    let a = corners.v0 - origin;
+    let b = corners.v1 - origin;
+    let c = corners.v2 - origin;
     let x = vec3f(dot(view.row_x, a), dot(view.row_x, b), dot(view.row_x, c));
     let y = vec3f(dot(view.row_y, a), dot(view.row_y, b), dot(view.row_y, c));
     // Twice the areas that the ray spans with edges 1-2, 2-0 and 0-1.
     let areas = x.zxy * y.yzx - y.zxy * x.yzx;
     let lowest = min(areas.x, min(areas.y, areas.z));
     let highest = max(areas.x, max(areas.y, areas.z));
-    let normal = cross(v1 - v0, v2 - v0);
-    let slope = dot(normal, direction);
+    // The host's normal, from f64: of a sliver the cross product of the edges is noise in f32, and t with it.
+    let slope = dot(corners.normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
     let valid = (lowest >= 0.0 || highest <= 0.0) && slope != 0.0;
-    return TriangleHit(select(0.0, dot(normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
+    return TriangleHit(select(0.0, dot(corners.normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
 }
 
 // Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997): once for a hit, from the
@@ -74,14 +74,16 @@ struct Vertices {
     v0: vec3f,
     v1: vec3f,
     v2: vec3f,
+    normal: vec3f, // unit, towards the front
 }
 
 fn leaf_positions(leaf: u32) -> Vertices {
-    let at = leaf * 9u;
+    let at = leaf * 12u;
     return Vertices(
         vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]),
         vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]),
         vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]),
+        vec3f(leaf_vertices[at + 9u], leaf_vertices[at + 10u], leaf_vertices[at + 11u]),
     );
 }
 

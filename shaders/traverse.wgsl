@@ -44,7 +44,7 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             leaf_bits &= leaf_bits - 1u;
             let leaf = bases.y + offset;
             let corners = leaf_positions(leaf);
-            let found = intersect_triangle(origin, direction, view, corners.v0, corners.v1, corners.v2);
+            let found = intersect_triangle(origin, direction, view, corners);
             triangle_tests += 1u;
             if (!found.valid || found.t < t_min || found.t > hit.t) {
                 continue;

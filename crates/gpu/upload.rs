@@ -115,12 +115,14 @@ impl GpuScene {
             .iter()
             .map(|material| leaf_flags(material, shading))
             .collect();
-        self.leaf_vertices.reserve(9 * bvh.leaf_triangles.len());
+        self.leaf_vertices.reserve(12 * bvh.leaf_triangles.len());
         for &index in &bvh.leaf_triangles {
             let triangle = geometry.triangles[index as usize];
-            for vertex in triangle.vertices {
-                self.leaf_vertices
-                    .extend(geometry.positions[vertex as usize].to_array());
+            let corners = triangle
+                .vertices
+                .map(|vertex| geometry.positions[vertex as usize]);
+            for vector in corners.into_iter().chain([unit_normal(corners)]) {
+                self.leaf_vertices.extend(vector.to_array());
             }
             let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
             self.leaf_triangles.push(LeafTriangle {
@@ -219,6 +221,12 @@ impl GpuScene {
             *slot = append_map(&mut self.texels, map);
         }
     }
+}
+
+/// Towards the front; zero for a triangle without area, which no ray hits.
+fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
 fn append_map(texels: &mut Vec<u32>, map: &EquirectMap) -> EnvironmentLevel {

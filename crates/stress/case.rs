@@ -32,6 +32,7 @@ cases! {
     fresnel "reflection and refraction at indices from 1/1000 to 1000, to within 1e-6 rad of grazing and critical angles",
     scale "our own scenes from 10^-12 to 10^12 times their size",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
+    geometry "triangles without area, infinite, NaN, inside out, twice, of aspect 10^7",
 }
 
 /// Which cases to run.

@@ -125,7 +125,8 @@ pub(super) fn load(
     };
     let corners = corners(document, buffers, primitive, position.count, place)?;
     let (mut triangles, no_area) = triangles(primitive.mode, &corners, place, warnings);
-    let not_finite = drop_not_finite(&mut triangles, &position)?;
+    let mut dropped = drop_unusable(&mut triangles, &position)?;
+    dropped.no_area += no_area;
     let normal = attributes.get(Semantic::Normals, Usage::Normal)?;
 
     // The file's number of each of our vertices. Flat shading needs a vertex of its own for every corner.
@@ -137,10 +138,7 @@ pub(super) fn load(
 
     let mut loaded = Primitive {
         triangles,
-        dropped: Dropped {
-            no_area,
-            not_finite,
-        },
+        dropped,
         ..Primitive::default()
     };
     loaded.positions = position
@@ -338,16 +336,24 @@ fn unshare_vertices(triangles: &mut [[u32; 3]]) -> Vec<u32> {
     vertices
 }
 
-/// Takes out the triangles with a corner that is infinite or not a number; how many these were.
-fn drop_not_finite(triangles: &mut Vec<[u32; 3]>, position: &Accessor<'_>) -> Outcome<usize> {
-    let before = triangles.len();
+/// Takes out the triangles that can't be hit, wherever they are placed: neither they nor their corners count for anything, the
+/// scene's extent least of all.
+fn drop_unusable(triangles: &mut Vec<[u32; 3]>, position: &Accessor<'_>) -> Outcome<Dropped> {
     let corners = position.gather(triangles.as_flattened())?;
-    let finite = |corner: &[f64; 3]| corner.iter().all(|x| x.is_finite());
-    let mut all_finite = corners
-        .chunks_exact(3)
-        .map(|corners| corners.iter().all(finite));
-    triangles.retain(|_| all_finite.next().unwrap_or(true));
-    Ok(before - triangles.len())
+    let corners: Vec<DVec3> = corners.into_iter().map(DVec3::from_array).collect();
+    let mut placed = corners.as_chunks::<3>().0.iter();
+    let mut dropped = Dropped::default();
+    triangles.retain(|_| {
+        let Some([a, b, c]) = placed.next() else {
+            return true;
+        };
+        let finite = a.is_finite() && b.is_finite() && c.is_finite();
+        let has_area = (b - a).cross(c - a) != DVec3::ZERO;
+        dropped.not_finite += usize::from(!finite);
+        dropped.no_area += usize::from(finite && !has_area);
+        finite && has_area
+    });
+    Ok(dropped)
 }
 
 /// A vertex attribute that the picture can do without where it is infinite or not a number.

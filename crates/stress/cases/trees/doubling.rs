@@ -118,7 +118,7 @@ fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> usize {
 
 /// A stack of panes of index 1.5, seen from above, the same radiance behind and before: each reflects R = 0.04 and transmits the
 /// rest, nothing is absorbed, and the whole tree brings back just that radiance.
-const PANES: usize = 12;
+const PANES: usize = 8;
 
 fn stack_of_panes() -> Scene {
     let mut build = Build::before([1.0; 3]);
