@@ -12,17 +12,21 @@ fn sample_light(index: u32, position: vec3f) -> LightSample {
         return LightSample(-light.direction, T_MAX, light.intensity);
     }
     let towards = light.position - position;
-    let distance = length(towards);
-    if (distance < 1e-18) { // on the light itself: no direction
+    // Scaled first, so that neither a near nor a far light loses its square.
+    let largest = max_component(abs(towards));
+    if (largest < 1e-30) { // on the light itself: no direction
         return LightSample(vec3f(0.0), 0.0, vec3f(0.0));
     }
+    let distance = largest * length(towards / largest);
     let direction = towards / distance;
-    let near = distance * light.inverse_range;
+    let near = min(distance * light.inverse_range, 1.0);
     let near_squared = near * near;
-    var share = clamp(1.0 - near_squared * near_squared, 0.0, 1.0) / (distance * distance);
+    var share = 1.0 - near_squared * near_squared;
     if (light.kind == LIGHT_SPOT) {
         let cone = clamp((dot(-direction, light.direction) - light.spot_cos_outer) * light.spot_scale, 0.0, 1.0);
         share *= cone * cone;
     }
-    return LightSample(direction, distance, share * light.intensity);
+    // Divided twice: the square of the distance may be out of range where the quotient is not.
+    let nearest = max(distance, light.nearest);
+    return LightSample(direction, distance, share * light.intensity / nearest / nearest);
 }

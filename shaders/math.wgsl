@@ -2,6 +2,10 @@
 
 const PI: f32 = 3.14159265358979;
 const T_MAX: f32 = 1e30;
+// No radiance or irradiance is above, no throughput above: so no product of the two leaves the range of f32. README.md, "Range".
+const LARGEST_RADIANCE: f32 = 1e30;
+const LARGEST_THROUGHPUT: f32 = 1e8;
+const LARGEST_SUM: f32 = 3e38;
 const MACHINE_EPSILON: f32 = 5.9604645e-8; // half an ulp of 1: the bound of one rounding
 
 // Bound of the relative error of n roundings in a row (Higham 2002, lemma 3.1; pbrt 4ed, 6.8.1).

@@ -27,6 +27,16 @@ fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     return item;
 }
 
+// Adds to the pixel what a ray brings.
+fn collect(brought: vec3f) {
+    radiance = vec4f(min(radiance.xyz + brought, vec3f(LARGEST_SUM)), radiance.w);
+}
+
+// A throughput at most LARGEST_THROUGHPUT times a radiance, which is brought down to LARGEST_RADIANCE, as is the product.
+fn weighted(throughput: vec3f, radiance_: vec3f) -> vec3f {
+    return min(throughput * min(radiance_, vec3f(LARGEST_RADIANCE)), vec3f(LARGEST_RADIANCE));
+}
+
 // The ray came to the light, or to where there is nothing more.
 fn arrive(item: WorkItem) {
     var arriving = item.throughput;
@@ -35,12 +45,12 @@ fn arrive(item: WorkItem) {
     }
     if (item.kind == RADIANCE) {
         count(ENDED_MISS);
-        arriving *= missed_radiance(item.direction, item.straight);
+        arriving = weighted(arriving, missed_radiance(item.direction, item.straight));
         if (item.straight) {
             radiance.w -= item.throughput.x;
         }
     }
-    radiance += vec4f(arriving, 0.0);
+    collect(arriving);
 }
 
 // What the ray's medium and the surface's make of each other.
@@ -85,7 +95,7 @@ struct Branch {
 
 // A new ray of the tree, unless it ends here: README.md, "Where branches end".
 fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
-    let throughput = parent.throughput * branch.weight;
+    let throughput = min(parent.throughput * branch.weight, vec3f(LARGEST_THROUGHPUT));
     let largest = max_component(throughput);
     if (!(largest > 0.0)) {
         return;
@@ -146,7 +156,7 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
             shading = Shading(surface.base, vec3f(0.0), vec3f(0.0));
         }
     }
-    radiance += vec4f(item.throughput * surface.alpha * shading.radiance, 0.0);
+    collect(weighted(item.throughput * surface.alpha, shading.radiance));
 
     if (HAS_BRANCHES) {
         let all_weights = 1.0 - surface.alpha + surface.alpha * (max_component(shading.transmitted) + max_component(shading.reflected));
@@ -189,7 +199,7 @@ fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossi
         } else {
             reflected = pbr_direct(surface, crossing.made, light.direction);
         }
-        let added = item.throughput * surface.alpha * light.irradiance * reflected;
+        let added = weighted(item.throughput * surface.alpha, light.irradiance * min(reflected, vec3f(LARGEST_THROUGHPUT)));
         if (!(max_component(added) > 0.0)) {
             continue;
         }
@@ -230,7 +240,7 @@ fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
             through = pbr_shadow(surface);
         }
     }
-    next.throughput *= vec3f(1.0 - surface.alpha) + surface.alpha * through;
+    next.throughput = min(next.throughput * (vec3f(1.0 - surface.alpha) + surface.alpha * through), vec3f(LARGEST_RADIANCE));
     if (HAS_SOLIDS) {
         let medium = materials[surface.material].medium;
         if (medium != 0u) {

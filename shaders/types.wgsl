@@ -139,9 +139,9 @@ struct Light {
     intensity: vec3f,
     spot_scale: f32, // 1 / (cos inner - cos outer)
     spot_cos_outer: f32,
+    nearest: f32, // nearer to it the irradiance would be above LARGEST_RADIANCE
     unused_0: u32,
     unused_1: u32,
-    unused_2: u32,
 }
 
 const LIGHT_DIRECTIONAL: u32 = 0u;

@@ -7,6 +7,7 @@ use crate::{
     pass::ITEM_BYTES,
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
+    upload,
 };
 
 fn shaders() -> Module {
@@ -29,6 +30,20 @@ fn a_work_item_has_as_many_bytes() {
     assert_eq!(
         u64::from(constant(&shaders(), "ITEM_WORDS")) * 16,
         ITEM_BYTES
+    );
+}
+
+#[test]
+fn the_largest_radiance_is_the_same() {
+    let module = shaders();
+    let mut constants = module.constants.iter();
+    let (_, found) = constants
+        .find(|(_, constant)| constant.name.as_deref() == Some("LARGEST_RADIANCE"))
+        .unwrap();
+    let value = &module.global_expressions[found.init];
+    assert!(
+        matches!(value, Expression::Literal(Literal::F32(x)) if *x == upload::LARGEST_RADIANCE),
+        "{value:?}"
     );
 }
 

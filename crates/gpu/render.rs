@@ -23,7 +23,7 @@ use crate::{
     source::Limits,
     statistics::{COUNTERS, Counters, Dropped},
     types::{Aov, Frame, MAX_SAMPLES, Slot},
-    upload::GpuScene,
+    upload::{GpuScene, in_range},
 };
 
 /// Node visits and triangle tests after which an invocation leaves the rest to the next dispatch. Mesa before 25.0 ends all
@@ -236,7 +236,7 @@ impl Plan {
             light_count: scene.lights.len() as u32,
             min_weight: settings.min_weight,
             max_rays: settings.max_rays,
-            ambient: scene.surroundings.ambient.to_array(),
+            ambient: in_range(scene.surroundings.ambient).to_array(),
             triangle_count: bvh.leaf_triangles.len() as u32,
             picture_size: [settings.width as f32, settings.height as f32],
             window_origin: [region.x, region.y],
@@ -310,7 +310,7 @@ impl Plan {
 fn set_background(frame: &mut Frame, background: Background) {
     (frame.background_kind, frame.background) = match background {
         Background::Environment => (0, [0.0; 3]),
-        Background::Color(color) => (1, color.to_array()),
+        Background::Color(color) => (1, in_range(color).to_array()),
         Background::Transparent => (2, [0.0; 3]),
     };
 }

@@ -147,9 +147,9 @@ pub struct Light {
     pub intensity: [f32; 3],
     pub spot_scale: f32,
     pub spot_cos_outer: f32,
+    pub nearest: f32,
     pub unused_0: u32,
     pub unused_1: u32,
-    pub unused_2: u32,
 }
 
 /// What fills a solid.

@@ -1,7 +1,7 @@
 //! A scene as bytes for the device: everything in f32 and in the shaders' layouts, nothing that the program does not read.
 
 use bytemuck::cast_slice;
-use glam::Vec3;
+use glam::{DVec3, Vec3, Vec4};
 use raytree_bvh::Bvh;
 use raytree_scene::{
     environment::EquirectMap,
@@ -34,6 +34,12 @@ const MATERIAL_N: u32 = 64;
 const MATERIAL_KT: u32 = 128;
 
 const IOR_INFINITE: f32 = 1e30;
+
+/// `LARGEST_RADIANCE` of `shaders/math.wgsl`: what is brighter is brought down to it.
+pub(crate) const LARGEST_RADIANCE: f32 = 1e30;
+
+/// Of a colour or coefficient of the book that multiplies light: a thousand times what has a meaning, and far from f32's limits.
+const LARGEST_FACTOR: f32 = 1e6;
 
 /// The dimmest channel of an attenuation colour: below, its logarithm means nothing.
 const LEAST_ATTENUATION: f32 = 1e-6;
@@ -147,8 +153,12 @@ impl GpuScene {
         }
         self.color_offset = self.attributes.len() as u32;
         if features.has(Feature::VertexColors) {
-            self.attributes
-                .extend(geometry.colors.iter().flat_map(|color| color.to_array()));
+            self.attributes.extend(
+                geometry
+                    .colors
+                    .iter()
+                    .flat_map(|color| color.min(Vec4::splat(LARGEST_FACTOR)).to_array()),
+            );
         }
         self.tangent_offset = self.attributes.len() as u32;
         if features.has(Feature::NormalMaps) {
@@ -236,7 +246,8 @@ fn append_map(texels: &mut Vec<u32>, map: &EquirectMap) -> EnvironmentLevel {
         height: map.height,
         unused: 0,
     };
-    texels.extend(map.texels.iter().flatten().map(|channel| channel.to_bits()));
+    let texels_in_range = map.texels.as_flattened().iter();
+    texels.extend(texels_in_range.map(|texel| texel.min(LARGEST_RADIANCE).to_bits()));
     level
 }
 
@@ -293,6 +304,8 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
         flags |= MATERIAL_UNLIT;
     }
     let whitted = source.whitted.unwrap_or_default();
+    let factor = |given: Option<f32>| given.unwrap_or_default().min(LARGEST_FACTOR);
+    let factors = |given: Option<Vec3>| given.unwrap_or_default().min(Vec3::splat(LARGEST_FACTOR));
     for (flag, given) in [
         (MATERIAL_KA, whitted.ka.is_some()),
         (MATERIAL_KD, whitted.kd.is_some()),
@@ -304,7 +317,7 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
     }
     Material {
         base_color: source.base_color.to_array(),
-        emissive: source.emissive.to_array(),
+        emissive: in_range(source.emissive).to_array(),
         alpha_cutoff,
         specular_color: source.specular_color.to_array(),
         specular: source.specular,
@@ -320,11 +333,11 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
         occlusion_strength: source.occlusion_strength,
         flags,
         medium: 0,
-        whitted_ks: whitted.ks.unwrap_or_default().to_array(),
+        whitted_ks: factors(whitted.ks).to_array(),
         whitted_n: whitted.n.unwrap_or_default(),
-        whitted_kt: whitted.kt.unwrap_or_default().to_array(),
-        whitted_ka: whitted.ka.unwrap_or_default(),
-        whitted_kd: whitted.kd.unwrap_or_default(),
+        whitted_kt: factors(whitted.kt).to_array(),
+        whitted_ka: factor(whitted.ka),
+        whitted_kd: factor(whitted.kd),
         unused_0: 0,
         unused_1: 0,
         unused_2: 0,
@@ -384,8 +397,16 @@ fn srgb_to_linear(code: u8) -> f32 {
     linear as f32
 }
 
+/// Brought down to the largest radiance that is computed with.
+pub(crate) fn in_range(radiance: Vec3) -> Vec3 {
+    radiance.min(Vec3::splat(LARGEST_RADIANCE))
+}
+
 fn light(source: &SceneLight) -> Light {
-    let intensity = source.intensity.as_vec3().to_array();
+    let largest = f64::from(LARGEST_RADIANCE);
+    let intensity = source.intensity.min(DVec3::splat(largest));
+    let nearest = (intensity.max_element().max(1.0) / largest).sqrt() as f32;
+    let intensity = intensity.as_vec3().to_array();
     let inverse = |range: f64| {
         if range.is_finite() {
             range.recip() as f32
@@ -405,6 +426,7 @@ fn light(source: &SceneLight) -> Light {
             position: position.as_vec3().to_array(),
             inverse_range: inverse(range),
             intensity,
+            nearest,
             ..Light::default()
         },
         LightKind::Spot {
@@ -423,6 +445,7 @@ fn light(source: &SceneLight) -> Light {
                 .max(1e-9)
                 .recip() as f32,
             spot_cos_outer: outer_cone_angle.cos() as f32,
+            nearest,
             ..Light::default()
         },
     }

@@ -33,6 +33,7 @@ cases! {
     scale "our own scenes from 10^-12 to 10^12 times their size",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
     geometry "triangles without area, infinite, NaN, inside out, twice, of aspect 10^7",
+    lights "intensities of 10^-30 to 10^30, lights on surfaces and in solids, 10,000 of them, infinities",
 }
 
 /// Which cases to run.

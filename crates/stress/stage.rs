@@ -3,12 +3,15 @@
 use std::{ops::ControlFlow, time::Instant};
 
 use raytree_bvh::{Bvh, BvhError, Preset};
+use raytree_film::FilmError;
 use raytree_gpu::{
     Device, Piece, PieceCall, PieceResult, ProgramFeatures, RenderError, RenderSettings, Rendered,
     build_bvh, evaluate, probe, render,
     types::{ProbeHit, ProbeRay},
 };
-use raytree_scene::{features::SceneFeatures, import::ImportError, model::Scene};
+use raytree_scene::{
+    environment::EnvironmentError, features::SceneFeatures, import::ImportError, model::Scene,
+};
 
 use crate::report::{Limit, Row};
 
@@ -25,6 +28,12 @@ pub enum StressError {
     /// A file that the case made can't be read.
     #[error(transparent)]
     Import(#[from] ImportError),
+    /// A picture that the case made can't be written or read.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    /// An environment map that the case made can't be read.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
     /// A file that the case made can't be written.
     #[error("a scene of the suite can't be written to a temporary folder: {0}")]
     Io(#[from] std::io::Error),

@@ -65,7 +65,7 @@ fn on_host() -> Vec<Layout> {
             unused_2 textures
         }
         Light {
-            position kind direction inverse_range intensity spot_scale spot_cos_outer unused_0 unused_1 unused_2
+            position kind direction inverse_range intensity spot_scale spot_cos_outer nearest unused_0 unused_1
         }
         Medium { absorption ior }
         Slot { radiance stack_height next_sample rays common_rays }

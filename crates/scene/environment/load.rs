@@ -27,6 +27,9 @@ const ALWAYS_ALLOWED_TEXELS: u64 = 1 << 21;
 /// which it writes infinity.
 const LARGEST_HALF: f32 = 65504.0;
 
+/// More than anything shines, and little enough that averages of it stay finite.
+const LARGEST_RADIANCE: f32 = 1e30;
+
 /// An environment map read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedMap {
@@ -81,7 +84,7 @@ pub enum EnvironmentProblem {
 /// Rec. 709, and Radiance's EXPOSURE line is ignored, as most programs do.
 ///
 /// Texels that are no radiance are mended: NaN and negative numbers become 0, infinity the largest finite number of the
-/// map. Maps larger than [`MAX_SIDE`] are averaged down, energy kept.
+/// map, and no number stays above 1e30. Maps larger than [`MAX_SIDE`] are averaged down, energy kept.
 ///
 /// # Errors
 /// What is missing, damaged, unsupported or too large, with the file's name and what to do.
@@ -185,6 +188,7 @@ fn mend(channels: &mut [f32]) -> Mended {
         .filter(|value| value.is_finite())
         .fold(0.0, f32::max);
     let instead_of_infinity = if largest > 0.0 { largest } else { LARGEST_HALF };
+    let instead_of_infinity = instead_of_infinity.min(LARGEST_RADIANCE);
     let mut mended = Mended::default();
     for texel in channels.as_chunks_mut::<3>().0 {
         mended.not_a_number += usize::from(texel.iter().any(|value| value.is_nan()));
@@ -193,7 +197,7 @@ fn mend(channels: &mut [f32]) -> Mended {
         for value in texel {
             // `max` takes the other operand for NaN.
             *value = value.max(0.0).min(if value.is_finite() {
-                f32::MAX
+                LARGEST_RADIANCE
             } else {
                 instead_of_infinity
             });

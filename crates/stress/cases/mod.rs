@@ -2,5 +2,6 @@
 
 pub(crate) mod fresnel;
 pub(crate) mod geometry;
+pub(crate) mod lights;
 pub(crate) mod scale;
 pub(crate) mod trees;
