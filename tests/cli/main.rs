@@ -12,4 +12,5 @@ mod inspect;
 mod render;
 mod repeat;
 mod signals;
+mod stress;
 mod view;
