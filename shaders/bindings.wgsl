@@ -11,7 +11,7 @@
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 @group(0) @binding(6) var<storage, read> texels: array<u32>; // 256 floats that decode sRGB, images (RGBA8), environment (3 floats)
 @group(0) @binding(7) var<storage, read> lights: array<Light>;
-@group(0) @binding(8) var<uniform> media: array<Medium, MEDIA>;
+@group(0) @binding(8) var<uniform> media: array<Medium, MEDIA>; // in the order of their rank: README.md, "Media"
 @group(0) @binding(9) var<uniform> samples: array<vec4f, SAMPLE_PAIRS>; // offsets from the middle of a pixel, pixels: two each
 
 // What a kernel writes.

@@ -19,6 +19,8 @@ struct WorkItem {
     light: u32,
     allotment: u32, // rays that this one and its descendants may be, whatever the rest of the tree takes
     hit: Hit, // of LIGHTS
+    joined: bool, // of LIGHTS: its place is that of other faces too
+    through: vec2u, // of LIGHTS: the media beyond the surface
 }
 
 var<private> pending: u32; // items on this slot's stack
@@ -33,11 +35,12 @@ fn item_address(slot: u32, level: u32, word: u32) -> u32 {
 // The meaning of the shared words differs by kind: the host never looks inside.
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
-    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.hit.back) | (item.depth << 4u);
+    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.hit.back) | select(0u, 16u, item.joined)
+        | (item.depth << 5u);
     ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
     ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
     ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
-    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, bitcast<u32>(item.t_min), item.allotment);
+    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), item.allotment), item.through, is_lights));
 }
 
 fn load_item(slot: u32, level: u32) -> WorkItem {
@@ -52,12 +55,14 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.direction = bitcast<vec3f>(b.xyz);
     item.kind = b.w & 3u;
     item.straight = (b.w & 4u) != 0u;
-    item.depth = b.w >> 4u;
+    item.joined = (b.w & 16u) != 0u;
+    item.depth = b.w >> 5u;
     item.throughput = bitcast<vec3f>(c.xyz);
     item.after = c.w;
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
     item.allotment = d.w;
+    item.through = d.zw;
     if (item.kind == LIGHTS) {
         item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
     }

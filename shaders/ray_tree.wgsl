@@ -19,6 +19,9 @@ fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     item.straight = true;
     item.throughput = vec3f(1.0);
     item.after = NO_HIT;
+    if (HAS_SOLIDS) {
+        item.media = frame.camera_media;
+    }
     count(PRIMARY_RAYS);
     rays += 1u;
     item.allotment = frame.max_rays - frame.max_rays / 2u;
@@ -53,33 +56,25 @@ fn arrive(item: WorkItem) {
     collect(arriving);
 }
 
-// What the ray's medium and the surface's make of each other.
-struct Crossing {
-    made: Interface,
-    through: vec2u, // media of a ray that goes through
-    full: bool, // .. for which there is no room
-}
-
-fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
-    var crossing: Crossing;
-    crossing.through = media_;
+// The boundary between the medium that a ray is in and what is beyond the surface.
+fn interface_between(surface: Surface, media_: vec2u, through: vec2u) -> Interface {
     var eta_i = 1.0;
     var eta_t = materials[surface.material].ior;
     if (HAS_SOLIDS) {
         eta_i = medium_ior(media_);
-        let medium = materials[surface.material].medium;
-        if (medium != 0u) {
-            if (surface.back) {
-                crossing.through = leave_medium(media_, medium);
-                eta_t = medium_ior(crossing.through);
-            } else {
-                crossing.full = media_full(media_);
-                crossing.through = enter_medium(media_, medium);
-            }
+        if (materials[surface.material].medium != 0u) {
+            eta_t = medium_ior(through);
         }
     }
-    crossing.made = interface_at(surface, eta_i, eta_t);
-    return crossing;
+    return interface_at(surface, eta_i, eta_t);
+}
+
+// What the surface does to the ray's media.
+fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
+    if (HAS_CONTACT) {
+        return cross_contact(media_);
+    }
+    return cross_face(media_, materials[surface.material].medium, surface.back);
 }
 
 // A ray that a surface would spawn.
@@ -136,8 +131,7 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
 }
 
 // The surface's own radiance, and the rays that it spawns.
-fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
-    let made = crossing.made;
+fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: Interface) {
     let reflected = reflected_direction(surface, made.cos_i);
     var transmitted = item.direction;
     if (HAS_SOLIDS) {
@@ -186,7 +180,7 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) {
 
 // The shadow ray to the next light from `item.light` on that could add anything; the lights after it stay pending. Kind
 // LIGHTS in the result: there is none.
-fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing) -> WorkItem {
+fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, made: Interface) -> WorkItem {
     var next = item;
     for (var k = item.light; k < frame.light_count; k++) {
         let light = sample_light(k, surface.position);
@@ -197,7 +191,7 @@ fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossi
         if (HAS_WHITTED) {
             reflected = whitted_direct(surface, light.direction);
         } else {
-            reflected = pbr_direct(surface, crossing.made, light.direction);
+            reflected = pbr_direct(surface, made, light.direction);
         }
         let added = weighted(item.throughput * surface.alpha, light.irradiance * min(reflected, vec3f(LARGEST_THROUGHPUT)));
         if (!(max_component(added) > 0.0)) {
@@ -229,9 +223,8 @@ fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, crossing: Crossi
     return next;
 }
 
-// A shadow ray at a surface that may let part of the light through. Kind LIGHTS in the result: nothing came through.
-fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
-    var next = item;
+// What a shadow ray keeps at a surface that may let part of the light through.
+fn shadow_share(surface: Surface) -> vec3f {
     var through = vec3f(0.0);
     if ((surface.flags & MATERIAL_UNLIT) == 0u) {
         if (HAS_WHITTED) {
@@ -240,18 +233,23 @@ fn pass_shadow(item: WorkItem, surface: Surface, t: f32) -> WorkItem {
             through = pbr_shadow(surface);
         }
     }
-    next.throughput = min(next.throughput * (vec3f(1.0 - surface.alpha) + surface.alpha * through), vec3f(LARGEST_RADIANCE));
+    return vec3f(1.0 - surface.alpha) + surface.alpha * through;
+}
+
+// A ray that goes on behind a surface as it came: a shadow ray, or any ray at a hidden surface. Kind LIGHTS in the result: it
+// ends there.
+fn straight_on(item: WorkItem, surface: Surface, crossing: Crossing, t: f32) -> WorkItem {
+    var next = item;
+    if (HAS_TRANSPARENT_SHADOWS) {
+        if (!crossing.hidden) {
+            next.throughput = min(next.throughput * shadow_share(surface), vec3f(LARGEST_RADIANCE));
+        }
+    }
     if (HAS_SOLIDS) {
-        let medium = materials[surface.material].medium;
-        if (medium != 0u) {
-            if (surface.back) {
-                next.media = leave_medium(item.media, medium);
-            } else if (media_full(item.media)) {
-                count_dropped(ENDED_STORAGE);
-                next.throughput = vec3f(0.0);
-            } else {
-                next.media = enter_medium(item.media, medium);
-            }
+        next.media = crossing.through;
+        if (crossing.full && max_component(next.throughput) > 0.0) {
+            count_dropped(ENDED_STORAGE);
+            next.throughput = vec3f(0.0);
         }
     }
     next.origin = spawn_origin(surface, item.direction);
@@ -271,6 +269,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
     var next_sample = slots[slot].next_sample;
     var item: WorkItem;
     var has_item = false;
+    var gathering = false;
     var finished = false;
     pending = slots[slot].stack_height;
     radiance = slots[slot].radiance;
@@ -288,14 +287,45 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 break;
             }
         }
-        if (node_visits + triangle_tests >= frame.step_budget) {
+        // Not while faces in contact are gathered: what was found of them is not kept.
+        if (node_visits + triangle_tests >= frame.step_budget && !gathering) {
             push(slot, item);
             break;
         }
         has_item = false;
         var hit = item.hit;
         if (item.kind != LIGHTS) {
-            hit = trace(item.origin, item.direction, item.t_min, item.after, item.t_max, item.kind == SHADOW);
+            var t_min = item.t_min;
+            var after = item.after;
+            var t_max = item.t_max;
+            if (HAS_CONTACT) {
+                if (gathering) {
+                    t_min = contact.t;
+                    after = contact.triangle;
+                    t_max = min(contact.reach, t_max);
+                }
+            }
+            hit = trace(item.origin, item.direction, t_min, after, t_max, item.kind == SHADOW);
+            if (HAS_CONTACT) {
+                var medium = 0u;
+                if (hit.triangle != NO_HIT) {
+                    medium = materials[triangles[hit.triangle].material].medium;
+                }
+                if (gathering) {
+                    gathering = join_contact(hit, medium);
+                } else if (medium != 0u) {
+                    begin_contact(hit, medium, item.origin, item.direction);
+                    gathering = true;
+                } else {
+                    no_contact(hit);
+                }
+                if (gathering) {
+                    has_item = true;
+                    continue;
+                }
+                hit = contact.hit;
+                item.joined = contact.joined;
+            }
             if (hit.triangle == NO_HIT) {
                 arrive(item);
                 continue;
@@ -310,7 +340,20 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 }
             }
         }
-        let surface = surface_at(hit, item.origin, item.direction);
+        var surface = surface_at(hit, item.origin, item.direction);
+        if (HAS_CONTACT) {
+            if (item.joined) {
+                // Rays start clear of all faces in this place, whichever is shaded.
+                let height = contact_height(leaf_positions(hit.leaf));
+                surface.position_error = max(surface.position_error, vec3f(1.5 * height));
+            }
+        }
+        var crossing = Crossing(item.media, false, false);
+        if (HAS_SOLIDS) {
+            if (item.kind == LIGHTS) {
+                crossing.through = item.through;
+            }
+        }
         if (item.kind != LIGHTS) {
             if (HAS_MASK) {
                 if (cut_out(surface)) {
@@ -323,24 +366,28 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             if (HAS_ABSORPTION) {
                 item.throughput *= medium_transmittance(item.media, hit.t);
             }
+            if (HAS_SOLIDS) {
+                crossing = crossing_at(surface, item.media);
+            }
         }
-        if (HAS_TRANSPARENT_SHADOWS) {
-            if (item.kind == SHADOW) {
-                item = pass_shadow(item, surface, hit.t);
-                has_item = item.kind == SHADOW;
+        if (HAS_STRAIGHT_ON) {
+            if (item.kind == SHADOW || crossing.hidden) {
+                item = straight_on(item, surface, crossing, hit.t);
+                has_item = item.kind != LIGHTS;
                 continue;
             }
         }
-        let crossing = crossing_at(surface, item.media);
+        let made = interface_between(surface, item.media, crossing.through);
         if (item.kind == RADIANCE) {
-            shade(slot, item, surface, crossing);
+            shade(slot, item, surface, crossing, made);
             item.light = 0u;
             item.kind = LIGHTS;
             item.hit = hit;
+            item.through = crossing.through;
         }
         if (HAS_LIGHTS) {
             if ((surface.flags & MATERIAL_UNLIT) == 0u) {
-                item = next_shadow_ray(slot, item, surface, crossing);
+                item = next_shadow_ray(slot, item, surface, made);
                 has_item = item.kind == SHADOW;
             }
         }

@@ -39,10 +39,9 @@ struct Frame {
     rotation_cos: f32, // of the environment about +Y
     rotation_sin: f32,
     max_rays: u32, // of a sample's tree, shadow rays left out
+    camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl
     unused_0: u32,
-    unused_1: u32,
-    unused_2: u32,
     environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 
@@ -155,6 +154,10 @@ const SAMPLE_PAIRS: u32 = 4096u; // 64 KiB, the least that a uniform buffer may 
 struct Medium {
     absorption: vec3f, // sigma, per unit of scene space
     ior: f32,
+    priority: u32, // where solids overlap the highest counts
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
 }
 
 // A pixel's progress between dispatches.

@@ -197,10 +197,16 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
     ),
     (&[Feature::Absorption], &["medium_transmittance"]),
     (
-        &[Feature::Solids, Feature::Absorption],
+        &[Feature::Solids, Feature::Absorption, Feature::Contact],
         &["media", "innermost_medium"],
     ),
-    (&[Feature::TransparentShadows], &["pass_shadow"]),
+    (&[Feature::Priorities, Feature::Contact], &["insert_medium"]),
+    (
+        &[Feature::Contact],
+        &["contact", "begin_contact", "join_contact", "cross_contact"],
+    ),
+    (&[Feature::StraightOn], &["straight_on"]),
+    (&[Feature::TransparentShadows], &["shadow_share"]),
     (
         &[Feature::Lights, Feature::TransparentShadows],
         &[
@@ -322,9 +328,11 @@ fn large_functions_are_there_once() {
         for name in [
             "shade",
             "crossing_at",
+            "begin_contact",
+            "join_contact",
             "interface_at",
             "next_shadow_ray",
-            "pass_shadow",
+            "straight_on",
             "load_item",
         ] {
             assert_eq!(copies(&render, name), Some(1), "{name}");
@@ -380,7 +388,7 @@ fn scenes_get_the_program_that_they_need() {
     let absent = [
         "refracted_direction",
         "leave_medium",
-        "pass_shadow",
+        "straight_on",
         "media",
         "normal_from_map",
         "whitted_direct",

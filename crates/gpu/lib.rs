@@ -16,6 +16,7 @@ mod probe;
 mod program;
 mod render;
 mod settings;
+mod solids;
 mod statistics;
 mod upload;
 

@@ -77,6 +77,9 @@ features! {
     Transmission "HAS_TRANSMISSION" "transmitted rays",
     Solids "HAS_SOLIDS" "refraction in solids",
     Absorption "HAS_ABSORPTION" "absorption in solids",
+    Priorities "HAS_PRIORITIES" "priorities of solids",
+    Contact "HAS_CONTACT" "faces of solids that coincide",
+    StraightOn "HAS_STRAIGHT_ON" "rays that go straight on",
     TransparentShadows "HAS_TRANSPARENT_SHADOWS" "transparent shadows",
     Lights "HAS_LIGHTS" "punctual lights",
     ManyLights "HAS_MANY_LIGHTS" "more than one light",
@@ -103,6 +106,8 @@ impl ProgramFeatures {
     pub fn of(scene: &SceneFeatures, settings: &RenderSettings) -> Self {
         let whitted = settings.shading == Shading::Whitted;
         let transmission = scene.transmission || (whitted && scene.whitted_transmission);
+        let solids = scene.solids || (whitted && scene.whitted_transmission);
+        let transparent_shadows = scene.lights > 0 && (transmission || scene.blend || scene.mask);
         // At depth 0 branches are spawned only to be counted as ended.
         let reflection =
             (whitted || scene.mirrors) && (settings.max_depth > 0 || settings.counters);
@@ -122,15 +127,12 @@ impl ProgramFeatures {
             // Eq. 14.32 reflects at every surface with ks above zero, however rough.
             .with(Feature::Reflection, reflection)
             .with(Feature::Transmission, transmission)
-            .with(
-                Feature::Solids,
-                scene.solids || (whitted && scene.whitted_transmission),
-            )
+            .with(Feature::Solids, solids)
+            .with(Feature::Priorities, solids && scene.priorities)
+            .with(Feature::Contact, solids && scene.contact)
+            .with(Feature::StraightOn, solids || transparent_shadows)
             .with(Feature::Absorption, scene.absorption)
-            .with(
-                Feature::TransparentShadows,
-                scene.lights > 0 && (transmission || scene.blend || scene.mask),
-            )
+            .with(Feature::TransparentShadows, transparent_shadows)
             .with(Feature::Lights, scene.lights > 0)
             .with(Feature::ManyLights, scene.lights > 1)
             .with(Feature::Environment, scene.environment)

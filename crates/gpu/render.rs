@@ -18,8 +18,9 @@ use crate::{
     device::Device,
     error::RenderError,
     pass::{ITEM_BYTES, Pass, Work},
-    program::{Kernel, ProgramFeatures},
+    program::{Feature, Kernel, ProgramFeatures},
     settings::RenderSettings,
+    solids::camera_media,
     source::Limits,
     statistics::{COUNTERS, Counters, Dropped},
     types::{Aov, Frame, MAX_SAMPLES, Slot},
@@ -251,6 +252,9 @@ impl Plan {
             environment: gpu.environment_levels,
             ..Frame::zeroed()
         };
+        if features.has(Feature::Solids) {
+            frame.camera_media = camera_media(scene, settings.shading, &settings.camera);
+        }
         let rotation = scene
             .surroundings
             .environment

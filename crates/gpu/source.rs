@@ -35,6 +35,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "environment.wgsl",
     "surface.wgsl",
     "media.wgsl",
+    "contact.wgsl",
     "fresnel.wgsl",
     "light.wgsl",
     "pbr.wgsl",

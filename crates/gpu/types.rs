@@ -57,10 +57,9 @@ pub struct Frame {
     pub rotation_cos: f32,
     pub rotation_sin: f32,
     pub max_rays: u32,
+    pub camera_media: [u32; 2],
     pub zero: u32,
     pub unused_0: u32,
-    pub unused_1: u32,
-    pub unused_2: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
@@ -159,6 +158,10 @@ pub struct Light {
 pub struct Medium {
     pub absorption: [f32; 3],
     pub ior: f32,
+    pub priority: u32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+    pub unused_2: u32,
 }
 
 /// A pixel's progress between dispatches.

@@ -15,6 +15,7 @@ use raytree_scene::{
 use crate::{
     program::{Feature, ProgramFeatures},
     settings::Shading,
+    solids::RankedMedia,
     types::{
         ENVIRONMENT_LEVELS, EnvironmentLevel, LeafTriangle, Light, MEDIA, Material, Medium,
         TextureUse,
@@ -178,8 +179,10 @@ impl GpuScene {
         shading: Shading,
         images: &[u32],
     ) -> Result<(), TooManyMedia> {
-        for source in &scene.materials {
+        let ranked = RankedMedia::of(scene, shading);
+        for (source, rank) in scene.materials.iter().zip(&ranked.rank_of_material) {
             let mut made = material(source, shading);
+            made.medium = rank.map_or(0, |rank| rank + 1);
             if !images.is_empty() {
                 made.textures = texture_refs(source).map(|texture| {
                     texture.map_or(TextureUse::NONE, |texture| {
@@ -187,23 +190,13 @@ impl GpuScene {
                     })
                 });
             }
-            if let Some(medium) = medium(source, shading) {
-                made.medium = 1 + self.medium_index(medium);
-            }
             self.materials.push(made);
         }
+        self.media = ranked.media;
         if self.media.len() > MEDIA {
             return Err(TooManyMedia(self.media.len()));
         }
         Ok(())
-    }
-
-    fn medium_index(&mut self, medium: Medium) -> u32 {
-        let known = self.media.iter().position(|other| *other == medium);
-        known.unwrap_or_else(|| {
-            self.media.push(medium);
-            self.media.len() - 1
-        }) as u32
     }
 
     /// Where each image begins.
@@ -269,7 +262,7 @@ fn ior(source: &SceneMaterial, shading: Shading) -> f32 {
 }
 
 /// What fills the solid that the material bounds, if it bounds one.
-fn medium(source: &SceneMaterial, shading: Shading) -> Option<Medium> {
+pub(crate) fn medium(source: &SceneMaterial, shading: Shading) -> Option<Medium> {
     let whitted = shading == Shading::Whitted && whitted_transmits(source);
     if !(whitted || (transmits(source) && source.volume.is_some())) {
         return None;
@@ -286,6 +279,9 @@ fn medium(source: &SceneMaterial, shading: Shading) -> Option<Medium> {
     Some(Medium {
         absorption: absorption.to_array(),
         ior: ior(source, shading),
+        // In the same order, from 0.
+        priority: source.priority.cast_unsigned() ^ (1 << 31),
+        ..Medium::default()
     })
 }
 

@@ -8,6 +8,7 @@
 //! All lengths are in scene space, all colours linear RGB. The scene is trusted: indices out of range panic.
 
 mod camera;
+mod crossing;
 mod environment;
 mod fresnel;
 mod intersect;
@@ -18,6 +19,7 @@ mod pbr;
 mod radiance;
 mod render;
 mod shadow;
+mod solids;
 mod spread;
 mod surface;
 mod texture;
@@ -38,6 +40,7 @@ use crate::tree::Tree;
 pub struct Oracle<'s> {
     scene: &'s Scene,
     tree: Tree,
+    solids: solids::Memo,
 }
 
 impl<'s> Oracle<'s> {
@@ -60,6 +63,7 @@ impl<'s> Oracle<'s> {
         Self {
             scene,
             tree: Tree::single_leaf(&scene.geometry),
+            solids: solids::Memo::default(),
         }
     }
 
@@ -69,6 +73,7 @@ impl<'s> Oracle<'s> {
         Self {
             scene,
             tree: Tree::build(&scene.geometry),
+            solids: solids::Memo::default(),
         }
     }
 }

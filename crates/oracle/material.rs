@@ -33,6 +33,7 @@ pub(crate) fn medium(material: &Material, shading: Shading) -> Option<Medium> {
     Some(Medium {
         index: index(material, shading),
         sigma,
+        priority: material.priority,
     })
 }
 

@@ -9,10 +9,12 @@ pub(crate) struct Medium {
     pub index: f64,
     /// Absorption coefficient, per unit of length.
     pub sigma: Rgb,
+    /// Where solids overlap the highest counts.
+    pub priority: i32,
 }
 
-/// The solids that a ray is in, the innermost last.
-#[derive(Clone, Debug, Default)]
+/// The solids that a ray is in: those of higher priority further back, among equals the one entered last.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Media(Vec<Medium>);
 
 /// No room for another medium.
@@ -21,6 +23,11 @@ pub(crate) struct Full;
 
 impl Media {
     const CAPACITY: usize = 8;
+
+    /// The medium that counts; `None` outside of all solids.
+    pub fn top(&self) -> Option<&Medium> {
+        self.0.last()
+    }
 
     /// Index of the medium on top, 1 outside of all solids.
     pub fn index(&self) -> f64 {
@@ -47,7 +54,8 @@ impl Media {
             return Err(Full);
         }
         let mut media = self.clone();
-        media.0.push(medium);
+        let place = self.0.iter().rposition(|m| m.priority <= medium.priority);
+        media.0.insert(place.map_or(0, |below| below + 1), medium);
         Ok(media)
     }
 
@@ -68,10 +76,12 @@ mod tests {
     const WATER: Medium = Medium {
         index: 1.33,
         sigma: Rgb::new(0.5, 0.0, 0.0),
+        priority: 0,
     };
     const GLASS: Medium = Medium {
         index: 1.5,
         sigma: Rgb::ZERO,
+        priority: 0,
     };
 
     #[test]
@@ -88,6 +98,25 @@ mod tests {
         assert_eq!(Media::default().left(GLASS).index(), 1.0);
         let sandwich = media.entered(WATER).unwrap();
         assert_eq!(sandwich.left(WATER).index(), 1.5);
+    }
+
+    #[test]
+    fn higher_priorities_stay_on_top() {
+        let steel = Medium {
+            index: 2.5,
+            priority: 1,
+            ..GLASS
+        };
+        let media = Media::default()
+            .entered(steel)
+            .unwrap()
+            .entered(WATER)
+            .unwrap();
+        assert_eq!(media.top(), Some(&steel));
+        let media = media.entered(GLASS).unwrap();
+        assert_eq!(media.top(), Some(&steel));
+        assert_eq!(media.left(steel).top(), Some(&GLASS));
+        assert_eq!(media.left(GLASS).left(steel).top(), Some(&WATER));
     }
 
     #[test]

@@ -13,6 +13,8 @@ use crate::{Oracle, environment, material, pbr, whitted};
 pub(crate) struct Tracer<'a> {
     pub oracle: &'a Oracle<'a>,
     pub settings: &'a Settings,
+    /// The solids that the camera is in.
+    pub camera_media: Media,
     pub counts: Counts,
 }
 
@@ -60,6 +62,8 @@ pub(crate) struct Arrival<'s> {
     /// Where a refracted ray goes; `None` in total internal reflection.
     pub wt: Option<Vec3>,
     history: History,
+    /// The solids that a refracted ray is in.
+    beyond: Result<Media, Full>,
 }
 
 impl Oracle<'_> {
@@ -99,7 +103,7 @@ impl<'a> Tracer<'a> {
         self.counts.rays.primary += 1;
         let history = History {
             throughput: Rgb::ONE,
-            media: Media::default(),
+            media: self.camera_media.clone(),
             depth: 0,
             straight: true,
         };
@@ -121,14 +125,22 @@ impl<'a> Tracer<'a> {
         };
         let absorption = history.media.transmittance(hit.t);
         let throughput = history.throughput * absorption;
-        let surface = self.oracle.surface(ray, &hit, shading);
-        let seen = self.blended(
-            surface,
-            History {
-                throughput,
-                ..history
-            },
-        );
+        let counts = |hit: &Hit| self.oracle.counts_for_radiance(hit, shading);
+        let crossing = self
+            .oracle
+            .crossing(ray, &hit, &history.media, shading, counts);
+        let mut surface = self.oracle.surface(ray, &crossing.face, shading);
+        surface.spawn_offset = surface.spawn_offset.max(crossing.height);
+        let history = History {
+            throughput,
+            ..history
+        };
+        let seen = match crossing.beyond {
+            Ok(media) if crossing.hidden => {
+                self.radiance(&surface.spawn(ray.direction), History { media, ..history })
+            }
+            beyond => self.blended(surface, beyond, history),
+        };
         Seen {
             radiance: absorption * seen.radiance,
             ..seen
@@ -136,13 +148,19 @@ impl<'a> Tracer<'a> {
     }
 
     /// The surface over what is behind it, by its alpha.
-    fn blended(&mut self, surface: Surface<'a>, history: History) -> Seen {
+    fn blended(
+        &mut self,
+        surface: Surface<'a>,
+        beyond: Result<Media, Full>,
+        history: History,
+    ) -> Seen {
         let alpha = surface.alpha;
         let behind = self.straight_on(&surface, &history);
         let throughput = alpha * history.throughput;
         let in_front = if alpha > 0.0 {
             self.shaded(
                 surface,
+                beyond,
                 History {
                     throughput,
                     straight: false,
@@ -167,11 +185,16 @@ impl<'a> Tracer<'a> {
     }
 
     /// `L`: what leaves the surface towards where the ray came from.
-    fn shaded(&mut self, surface: Surface<'a>, history: History) -> Rgb {
+    fn shaded(
+        &mut self,
+        surface: Surface<'a>,
+        beyond: Result<Media, Full>,
+        history: History,
+    ) -> Rgb {
         if surface.material.unlit {
             return surface.base;
         }
-        let interface = surface.interface(&history.media);
+        let interface = surface.interface(&history.media, &beyond);
         let wt = interface
             .refracted(surface.wo, surface.ns)
             .map(|bent| match surface.medium {
@@ -184,6 +207,7 @@ impl<'a> Tracer<'a> {
             wt,
             surface,
             history,
+            beyond,
         };
         match self.settings.shading {
             Shading::Pbr => pbr::radiance(self, &arrival),
@@ -249,7 +273,7 @@ impl<'a> Tracer<'a> {
             return Rgb::ZERO;
         };
         let ray = surface.spawn(wt);
-        let media = || surface.media_beyond(&history.media);
+        let media = || arrival.beyond.clone();
         weight
             * self
                 .branch(RayKind::Refraction, &ray, weight, history, media)

@@ -263,21 +263,22 @@ impl Oracle<'_> {
         pixel: (u32, u32),
         shift: [f64; 2],
     ) -> Rgb {
-        self.pixel(&mut self.tracer(settings), camera, pixel, shift)
+        self.pixel(&mut self.tracer(camera, settings), camera, pixel, shift)
             .radiance
     }
 
-    fn tracer<'a>(&'a self, settings: &'a Settings) -> Tracer<'a> {
+    fn tracer<'a>(&'a self, camera: &Camera, settings: &'a Settings) -> Tracer<'a> {
         Tracer {
             oracle: self,
             settings,
+            camera_media: self.camera_media(camera, settings.shading),
             counts: Counts::default(),
         }
     }
 
     fn row(&self, camera: &Camera, settings: &Settings, y: u32) -> (Vec<Pixel>, Counts) {
         let (left, _, width, _) = settings.window;
-        let mut tracer = self.tracer(settings);
+        let mut tracer = self.tracer(camera, settings);
         let row = (left..left + width)
             .map(|x| self.pixel(&mut tracer, camera, (x, y), [0.0, 0.0]))
             .collect();

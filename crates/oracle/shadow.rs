@@ -27,18 +27,25 @@ impl Oracle<'_> {
             !crossed.contains(&hit.triangle) && !self.is_cut_out(hit)
         }) {
             crossed.push(hit.triangle);
-            let surface = self.surface(&ray, &hit, shading);
+            let crossing = self.crossing(&ray, &hit, &media, shading, |hit| !self.is_cut_out(hit));
+            let mut surface = self.surface(&ray, &crossing.face, shading);
+            surface.spawn_offset = surface.spawn_offset.max(crossing.height);
             let through = transmittance(&surface, shading);
-            let share = Rgb::splat(1.0 - surface.alpha) + surface.alpha * through;
+            let share = if crossing.hidden {
+                Rgb::ONE
+            } else {
+                Rgb::splat(1.0 - surface.alpha) + surface.alpha * through
+            };
             remaining = remaining * media.transmittance(hit.t) * share;
             if remaining.is_zero() {
                 return Ok(Rgb::ZERO);
             }
             // Where no refracted ray would get through, light that passes does so beside the surface.
-            if !through.is_zero() {
-                media = surface.media_beyond(&media)?;
+            if crossing.hidden || !through.is_zero() {
+                media = crossing.beyond?;
             }
             ray = surface.spawn(ray.direction);
+            crossed.push(crossing.face.triangle);
             distance -= hit.t;
         }
         Ok(remaining * media.transmittance(distance))

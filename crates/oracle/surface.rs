@@ -4,7 +4,7 @@ use raytree_scene::model::{AlphaMode, Material, Scene, TextureRef, Triangle};
 
 use crate::fresnel::{Dielectric, Interface};
 use crate::intersect::{Hit, Ray};
-use crate::media::{Media, Medium};
+use crate::media::{Full, Media, Medium};
 use crate::render::Shading;
 use crate::vec::{Rgb, Vec3};
 use crate::{Oracle, material, texture};
@@ -22,7 +22,6 @@ pub(crate) struct Surface<'s> {
     pub ng: Vec3,
     /// Unit shading normal, on the side of `wo`.
     pub ns: Vec3,
-    pub back: bool,
     pub base: Rgb,
     pub alpha: f64,
     pub metallic: f64,
@@ -37,7 +36,8 @@ pub(crate) struct Surface<'s> {
     /// The material's own index of refraction.
     pub index: f64,
     triangle: usize,
-    spawn_offset: f64,
+    /// How far from the surface rays start.
+    pub spawn_offset: f64,
 }
 
 /// What a pixel's first sample sees first, for pictures of single quantities. Scene space.
@@ -104,7 +104,6 @@ impl<'s> Oracle<'s> {
             wo,
             ng,
             ns: if ns.dot(wo) > 0.0 { ns } else { ng },
-            back: hit.back,
             base,
             alpha: if material.alpha_mode == AlphaMode::Blend {
                 alpha
@@ -158,22 +157,13 @@ impl Surface<'_> {
         }
     }
 
-    /// The media on the other side.
-    pub fn media_beyond(&self, media: &Media) -> Result<Media, crate::media::Full> {
-        match self.medium {
-            None => Ok(media.clone()),
-            Some(medium) if self.back => Ok(media.left(medium)),
-            Some(medium) => media.entered(medium),
-        }
-    }
-
-    /// The boundary that a ray in `media` meets.
-    pub fn interface(&self, media: &Media) -> Interface {
-        let beyond = match self.medium {
-            Some(medium) if self.back => media.left(medium).index(),
+    /// The boundary that a ray in `media` meets, where it is in `beyond` when it has gone through.
+    pub fn interface(&self, media: &Media, beyond: &Result<Media, Full>) -> Interface {
+        let index = match (self.medium, beyond) {
+            (Some(_), Ok(beyond)) => beyond.index(),
             _ => self.index,
         };
-        Interface::new(media.index(), beyond)
+        Interface::new(media.index(), index)
     }
 
     /// The boundary as it reflects.

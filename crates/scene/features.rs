@@ -1,5 +1,6 @@
 //! What a scene contains, as far as it decides what the renderer has to be able to do.
 
+use crate::contact;
 use crate::model::{AlphaMode, LightKind, Material, Projection, Scene};
 
 /// A surface rougher than this spawns no mirror ray under the `pbr` model (shaders/README.md, `smooth`).
@@ -32,6 +33,10 @@ pub struct SceneFeatures {
     pub solids: bool,
     /// .. that absorbs.
     pub absorption: bool,
+    /// .. and has another priority than others, so that it matters where they overlap.
+    pub priorities: bool,
+    /// Faces of solids coincide with those of other solids, or with opaque ones.
+    pub contact: bool,
     /// `extras.whitted` makes some material transmit, under the `whitted` model only.
     pub whitted_transmission: bool,
     /// Punctual lights.
@@ -61,6 +66,14 @@ impl SceneFeatures {
             transmission: any(transmits),
             solids: any(|m| transmits(m) && m.volume.is_some()),
             absorption: any(|m| transmits(m) && absorbs(m)),
+            priorities: differs(
+                scene
+                    .materials
+                    .iter()
+                    .filter(|m| may_bound_solid(m))
+                    .map(|m| m.priority),
+            ),
+            contact: contact::exists(scene),
             whitted_transmission: any(whitted_transmits),
             lights: scene.lights.len(),
             spots: scene
@@ -74,6 +87,18 @@ impl SceneFeatures {
                 .any(|camera| matches!(camera.projection, Projection::Orthographic { .. })),
         }
     }
+}
+
+/// The material bounds a solid, under one of the shading models at least.
+#[must_use]
+pub fn may_bound_solid(material: &Material) -> bool {
+    (transmits(material) && material.volume.is_some()) || whitted_transmits(material)
+}
+
+fn differs(mut values: impl Iterator<Item = i32>) -> bool {
+    values
+        .next()
+        .is_some_and(|first| values.any(|other| other != first))
 }
 
 /// glTF's transmission can show.

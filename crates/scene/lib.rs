@@ -1,5 +1,6 @@
 //! WHAT is rendered: the scene model, the glTF importer and environment maps. Knows nothing of how it is rendered.
 
+mod contact;
 pub mod default_view;
 pub mod environment;
 pub mod features;

@@ -192,6 +192,8 @@ pub struct Material {
     /// KHR_materials_volume with a thickness above zero: the surface bounds a solid. `None`: a thin wall, light goes
     /// straight through.
     pub volume: Option<Volume>,
+    /// `extras.priority`: where solids overlap, the medium of the highest priority is there (Schmidt and Budge 2002). 0 without.
+    pub priority: i32,
     /// The book's own coefficients (`extras.whitted`), used by the `whitted` model in place of those derived from the
     /// factors above.
     pub whitted: Option<WhittedCoefficients>,
@@ -264,6 +266,7 @@ impl Default for Material {
             specular_color: Vec3::ONE,
             specular_color_texture: None,
             volume: None,
+            priority: 0,
             whitted: None,
         }
     }

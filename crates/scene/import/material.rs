@@ -1,4 +1,4 @@
-//! Materials (glTF 2.0, 3.9), the KHR_materials extensions that we support, and `extras.whitted`.
+//! Materials (glTF 2.0, 3.9), the KHR_materials extensions that we support, `extras.whitted` and `extras.priority`.
 
 use glam::{Vec3, Vec4};
 use gltf::json::material::AlphaMode as FileAlphaMode;
@@ -131,6 +131,7 @@ fn load_one(
         Checked::Invalid => return Err(read.invalid("alphaMode is not one of OPAQUE, MASK, BLEND")),
     };
     read.extensions(&mut material, file.extensions.as_ref())?;
+    material.priority = read.priority();
     material.whitted = read.whitted()?;
     Ok(material)
 }
@@ -274,6 +275,21 @@ impl Reader<'_> {
 
     fn invalid(&self, problem: &str) -> Fault {
         Fault::invalid(&self.place, problem)
+    }
+
+    /// Which solid is there where several overlap, our own addition to glTF. Others may use the name for something else, so what
+    /// does not fit is no error.
+    fn priority(&mut self) -> i32 {
+        let Some(json) = self.json.pointer("/extras/priority") else {
+            return 0;
+        };
+        let whole = json.as_i64().and_then(|whole| i32::try_from(whole).ok());
+        whole.unwrap_or_else(|| {
+            let problem =
+                format!("extras.priority {json} is not a whole number of 32 bits; 0 is used");
+            self.warnings.push(&self.place, problem);
+            0
+        })
     }
 
     /// The book's coefficients, our own addition to glTF.

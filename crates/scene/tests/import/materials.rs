@@ -216,6 +216,23 @@ fn the_books_coefficients() {
 }
 
 #[test]
+fn priorities_of_solids() {
+    let priority =
+        |json: Value| Gltf::with_material(json!({ "extras": { "priority": json } })).import();
+    assert_eq!(material(json!({})).priority, 0);
+    for whole in [-3, 0, 7] {
+        let scene = priority(json!(whole));
+        assert_eq!(scene.materials[0].priority, whole);
+        assert!(warnings(&scene).is_empty());
+    }
+    for other in [json!(1.5), json!("high"), json!(1_u64 << 40)] {
+        let scene = priority(other);
+        assert_eq!(scene.materials[0].priority, 0);
+        assert!(warnings(&scene)[0].contains("extras.priority"));
+    }
+}
+
+#[test]
 fn extras_may_be_any_json() {
     for extras in [
         json!(3),
