@@ -31,6 +31,7 @@ macro_rules! cases {
 cases! {
     fresnel "reflection and refraction at indices from 1/1000 to 1000, to within 1e-6 rad of grazing and critical angles",
     scale "our own scenes from 10^-12 to 10^12 times their size",
+    media "glass in water, bubbles, faces that coincide, overlaps, cameras inside solids, open meshes",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
     geometry "triangles without area, infinite, NaN, inside out, twice, of aspect 10^7",
     lights "intensities of 10^-30 to 10^30, lights on surfaces and in solids, 10,000 of them, infinities",

@@ -3,5 +3,6 @@
 pub(crate) mod fresnel;
 pub(crate) mod geometry;
 pub(crate) mod lights;
+pub(crate) mod media;
 pub(crate) mod scale;
 pub(crate) mod trees;
