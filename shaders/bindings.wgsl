@@ -23,3 +23,5 @@
 @group(1) @binding(5) var<storage, read_write> probe_hits: array<ProbeHit>;
 @group(1) @binding(6) var<storage, read> piece_arguments: array<u32>;
 @group(1) @binding(7) var<storage, read_write> piece_results: array<u32>;
+@group(1) @binding(8) var<storage, read> secondary_rays: array<SecondaryRay>;
+@group(1) @binding(9) var<storage, read_write> secondary_hits: array<SecondaryHit>;

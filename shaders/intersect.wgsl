@@ -66,8 +66,11 @@ fn barycentrics(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f
     }
     let from_v0 = origin - v0;
     let u = clamp(dot(from_v0, p) / determinant, 0.0, 1.0);
-    let v = dot(direction, cross(from_v0, e1)) / determinant;
-    return vec2f(u, clamp(v, 0.0, 1.0 - u));
+    let v = clamp(dot(direction, cross(from_v0, e1)) / determinant, 0.0, 1.0);
+    // Beyond the third edge: back along the shorter one, along which it is the shorter way.
+    let beyond = max(u + v - 1.0, 0.0);
+    let along_1 = select(0.0, beyond, dot(e1, e1) < dot(e2, e2));
+    return vec2f(u - along_1, v - (beyond - along_1));
 }
 
 struct Vertices {

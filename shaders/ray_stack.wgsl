@@ -35,8 +35,7 @@ fn item_address(slot: u32, level: u32, word: u32) -> u32 {
 // The meaning of the shared words differs by kind: the host never looks inside.
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
-    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.hit.back) | select(0u, 16u, item.joined)
-        | (item.depth << 5u);
+    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.joined) | (item.depth << 4u);
     ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
     ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
     ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
@@ -55,8 +54,8 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.direction = bitcast<vec3f>(b.xyz);
     item.kind = b.w & 3u;
     item.straight = (b.w & 4u) != 0u;
-    item.joined = (b.w & 16u) != 0u;
-    item.depth = b.w >> 5u;
+    item.joined = (b.w & 8u) != 0u;
+    item.depth = b.w >> 4u;
     item.throughput = bitcast<vec3f>(c.xyz);
     item.after = c.w;
     item.media = d.xy;
@@ -64,7 +63,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.allotment = d.w;
     item.through = d.zw;
     if (item.kind == LIGHTS) {
-        item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, (b.w & 8u) != 0u);
+        item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, false); // whether seen from behind, surface_at finds again
     }
     return item;
 }

@@ -4,6 +4,7 @@ struct Surface {
     triangle: u32,
     position: vec3f,
     position_error: vec3f, // bound of how far off the triangle's plane `position` and a moved origin are, for each axis
+    outline_error: f32, // .. and of how far the triangle's edges may seem to lie beside where they are
     ng: vec3f, // geometric normal, towards the viewer
     ns: vec3f, // shading normal, dot(ns, wo) > 0
     wo: vec3f, // towards the viewer
@@ -98,6 +99,64 @@ fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) ->
     return normalize_or(slope.x * tangent + slope.y * bitangent + slope.z * normal, normal);
 }
 
+// What the edges of a triangle do to a ray that leaves it.
+struct Edges {
+    inwards: vec3f, // how to move the point off the edges
+    outline_error: f32, // .. and how far to lift it over them
+}
+
+// The flattest angle to a facet at which rays leave that have to be right, radians.
+const LEAST_ANGLE: f32 = 1e-4;
+
+// For the point with these weights.
+//
+// Inwards: so that it is at least as far from each edge as rounding may take it, or an origin that starts there, or the plane of
+// a neighbour as a ray from there sees it; else it could come to lie behind a neighbour with which the triangle makes a
+// corner. Straight away from the edges, but in a sharp corner the ways from its two edges nearly cancel: there, a little
+// towards the middle.
+//
+// Up: a ray that crosses the edge to a neighbour must pass above it by more than the edge may seem to lie beside where it is: its
+// corners as the traversal sees them, relative to the origin (1 rounding) and sheared by a quotient (3), in two triangles.
+// Far from the edges even the flattest ray has risen by then.
+fn edges_at(uv: vec2f, v0: vec3f, e1: vec3f, e2: vec3f, normal: vec3f) -> Edges {
+    let twice_area = dot(normal, cross(e1, e2));
+    let lengths = max(vec3f(length(e2 - e1), length(e2), length(e1)), vec3f(1e-30));
+    let distances = vec3f(1.0 - uv.x - uv.y, uv) * twice_area / lengths;
+    let reach = length(gamma(6.0) * abs(v0) + gamma(12.0) * (abs(e1) + abs(e2)));
+    let lacking = max(vec3f(reach) - distances, vec3f(0.0));
+    let push = lacking / lengths;
+    let away = cross(normal, push.x * (e2 - e1) - push.y * e2 + push.z * e1);
+    let middle = (e1 + e2) / 3.0 - (uv.x * e1 + uv.y * e2);
+    let share = min(8.0 * max_component(lacking) / max(length(middle), 1e-30), 0.5);
+    let nearest = min(distances.x, min(distances.y, distances.z));
+    return Edges(away + share * middle, max(gamma(8.0) * lengths.x - LEAST_ANGLE * nearest, 0.0));
+}
+
+// Where the ray meets the plane through v0: exact to the last digits where the camera is close to a triangle whose corners
+// are far away.
+struct Place {
+    position: vec3f,
+    error: vec3f, // bound of how far off it is, for each axis
+    plane_error: vec3f, // .. of how far off the plane it and an origin moved from it are
+}
+
+fn place_along_ray(origin: vec3f, direction: vec3f, v0: vec3f, normal: vec3f, slope: f32) -> Place {
+    if (slope == 0.0) {
+        return Place(v0, vec3f(T_MAX), vec3f(T_MAX));
+    }
+    let t = dot(normal, v0 - origin) / slope;
+    let near = origin + t * direction;
+    // One step of Newton's method along the ray: what is left counts from a point on the plane, not from the ray's origin.
+    let left = v0 - near;
+    let step = dot(normal, left) / slope;
+    let position = near + step * direction;
+    // The way along the ray and the sum: two roundings. The last step: the difference, the normal, products and their sum, the
+    // quotient: six, each of the size of the terms of the scalar product, which in a plane across an axis are next to nothing.
+    let along = dot(abs(normal), abs(left)) / abs(slope) * abs(direction);
+    let error = gamma(2.0) * (abs(t * direction) + abs(position)) + gamma(6.0) * along;
+    return Place(position, error, gamma(2.0) * (abs(position) + abs(step * direction)) + gamma(6.0) * abs(left));
+}
+
 // Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
 fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     var surface: Surface;
@@ -106,7 +165,6 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     surface.material = index;
     surface.node = triangle.node;
     surface.flags = materials[index].flags;
-    surface.back = hit.back;
     surface.wo = -direction;
 
     let positions = leaf_positions(hit.leaf);
@@ -117,17 +175,30 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), uv.x, uv.y);
     // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
     // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
-    // than one rounding. Errors of the barycentrics move the point within the plane and don't count.
-    let along_1 = uv.x * (v1 - v0);
-    let along_2 = uv.y * (v2 - v0);
+    // than one rounding.
+    let e1 = v1 - v0;
+    let e2 = v2 - v0;
+    let along_1 = uv.x * e1;
+    let along_2 = uv.y * e2;
     surface.triangle = hit.triangle;
-    surface.position = v0 + (along_1 + along_2);
+    let edges = edges_at(uv, v0, e1, e2, positions.normal);
+    surface.position = v0 + (along_1 + along_2 + edges.inwards);
+    surface.outline_error = edges.outline_error;
     // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
     surface.position_error = gamma(2.0) * abs(surface.position) + gamma(4.0) * (abs(along_1) + abs(along_2));
 
-    let facing = select(1.0, -1.0, hit.back);
-    let front_ng = normalize_or(cross(v1 - v0, v2 - v0), surface.wo * facing);
+    // Seen from behind: by the normal that is right, not by the traversal's, which of a sliver is anything.
+    let slope = dot(positions.normal, direction);
+    surface.back = slope > 0.0;
+    let facing = select(1.0, -1.0, surface.back);
+    let front_ng = select(positions.normal, surface.wo, all(positions.normal == vec3f(0.0)));
     surface.ng = facing * front_ng;
+    let place = place_along_ray(origin, direction, v0, positions.normal, slope);
+    // Only where it is far better: the other point never lies beyond the triangle's edges.
+    if (8.0 * dot(place.error, vec3f(1.0)) < dot(surface.position_error, vec3f(1.0))) {
+        surface.position = place.position;
+        surface.position_error = place.plane_error;
+    }
     var front_ns = normalize_or(interpolated_normal(corners), front_ng);
 
     var values: array<vec4f, 8>;
@@ -188,7 +259,7 @@ fn cut_out(surface: Surface) -> bool {
 // (WorkItem.after), so this is for its neighbours. Moving it further than needed is an error too: what a curved mirror or a
 // ball of glass shows is magnified from bounce to bounce.
 fn spawn_origin(surface: Surface, direction: vec3f) -> vec3f {
-    let distance = dot(abs(surface.ng), surface.position_error);
+    let distance = dot(abs(surface.ng), surface.position_error) + surface.outline_error;
     let side = select(-1.0, 1.0, dot(direction, surface.ng) >= 0.0);
     return surface.position + side * distance * surface.ng;
 }

@@ -49,7 +49,8 @@ const BACKGROUND_ENVIRONMENT: u32 = 0u;
 const BACKGROUND_COLOR: u32 = 1u;
 const BACKGROUND_TRANSPARENT: u32 = 2u;
 
-// A triangle but for its corners' positions: what traversal reads at every test lies apart.
+// A triangle but for its corners' positions: what traversal reads at every test lies apart. In both the vertices are turned so
+// that vertex 0 is the one opposite to the longest edge (crates/gpu/upload.rs).
 struct LeafTriangle {
     entry: u32, // its index in the scene, with LEAF_* flags
     vertex_0: u32,
@@ -182,6 +183,34 @@ struct ProbeHit {
     u: f32,
     v: f32,
     triangle: u32,
+}
+
+// What the secondary kernel traces: a ray, and how another one leaves the surface that it hits.
+struct SecondaryRay {
+    origin: vec3f,
+    leaving: u32, // LEAVING_*: what `next` means
+    direction: vec3f,
+    unused_0: u32,
+    next: vec3f,
+    unused_1: u32,
+}
+
+const LEAVING_ALONG: u32 = 0u; // `next` is the second ray's direction, scene space
+const LEAVING_ABOUT_NORMAL: u32 = 1u; // .. its components along two tangents and the geometric normal of the hit
+const LEAVING_MIRRORED: u32 = 2u; // the mirrored direction; `next` is not read
+
+// .. and what it finds.
+struct SecondaryHit {
+    position: vec3f, // of the first hit
+    triangle: u32, // that the first ray hits; NO_HIT for none, and then nothing else is set
+    origin: vec3f, // of the second ray
+    t: f32, // where the second ray hits
+    direction: vec3f, // of the second ray
+    next_triangle: u32, // that it hits, NO_HIT for none
+    ng: vec3f, // of the first hit, towards the first ray
+    back: u32, // the first hit is seen from behind
+    ns: vec3f,
+    unused: u32,
 }
 
 // First-hit layers of a pixel.

@@ -25,9 +25,14 @@ use module::{call_sites, constant_branches, copies, names, size};
 /// Every entry point.
 fn kernels() -> impl Iterator<Item = Kernel> {
     let pieces = Piece::ALL.iter().map(|&piece| Kernel::Piece(piece));
-    [Kernel::Render, Kernel::Aov, Kernel::Probe]
-        .into_iter()
-        .chain(pieces)
+    [
+        Kernel::Render,
+        Kernel::Aov,
+        Kernel::Probe,
+        Kernel::Secondary,
+    ]
+    .into_iter()
+    .chain(pieces)
 }
 
 fn program(kernel: Kernel, features: ProgramFeatures) -> Module {
@@ -318,7 +323,7 @@ fn the_largest_program_can_be_bound() {
 #[test]
 fn large_functions_are_there_once() {
     for features in [everything_but(&[]), everything_but(&[Feature::Whitted])] {
-        for kernel in [Kernel::Render, Kernel::Aov] {
+        for kernel in [Kernel::Render, Kernel::Aov, Kernel::Secondary] {
             let module = program(kernel, features);
             for name in ["trace", "surface_at", "sample_texture"] {
                 assert_eq!(copies(&module, name), Some(1), "{kernel:?} {name}");

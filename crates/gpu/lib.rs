@@ -29,7 +29,7 @@ pub use error::RenderError;
 pub use hierarchy::build_bvh;
 pub use piece::{Piece, PieceCall, PieceResult, evaluate};
 pub use pipeline::{Binding, bindings_of};
-pub use probe::probe;
+pub use probe::{Prober, SecondaryProber, probe};
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
 pub use render::{Progress, RenderTimes, Rendered, render, render_with};
 pub use settings::{Region, RenderSettings, Shading};

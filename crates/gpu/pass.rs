@@ -11,7 +11,9 @@ use crate::{
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
-    types::{Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, Slot},
+    types::{
+        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay, Slot,
+    },
     upload::GpuScene,
 };
 
@@ -109,6 +111,14 @@ impl Pass {
                         slots * size_of::<PieceResult>() as u64,
                         readable,
                     )?;
+                }
+                "secondary_rays" => {
+                    let size = slots * size_of::<SecondaryRay>() as u64;
+                    buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
+                }
+                "secondary_hits" => {
+                    let size = slots * size_of::<SecondaryHit>() as u64;
+                    buffers.reserve(device, name, size, readable)?;
                 }
                 _ => {
                     let bytes = gpu_scene.bytes(name).unwrap_or_default();

@@ -1,6 +1,6 @@
-//! Given rays against a scene: traversal alone, for tests and benches.
+//! Given rays against a scene: traversal alone, and traversal with the rays that leave a hit; for tests and benches.
 
-use bytemuck::{Zeroable, bytes_of, cast_slice};
+use bytemuck::{Pod, Zeroable, bytes_of, cast_slice};
 use raytree_bvh::Bvh;
 use raytree_scene::model::Scene;
 
@@ -12,14 +12,14 @@ use crate::{
     program::{Feature, Kernel, ProgramFeatures},
     settings::Shading,
     source::Limits,
-    types::{Frame, ProbeHit, ProbeRay},
-    upload::GpuScene,
+    types::{Frame, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay},
+    upload::{GpuScene, first_corner},
 };
 
-/// Rays of a dispatch: 48 MiB of rays and hits, which every device binds.
+/// Rays of a dispatch: 128 MiB of rays and hits at most, which every device binds.
 const BATCH: usize = 1 << 20;
 
-/// Lanes of the kernel's workgroups (`shaders/kernels/probe.wgsl`).
+/// Lanes of the kernels' workgroups (`shaders/kernels/`).
 const WORKGROUP: u32 = TILE_PIXELS;
 
 /// Traces rays, origin and distances in scene space, and gives what each hits at `0 < t <= t_max`, in the same order.
@@ -41,43 +41,148 @@ pub fn probe(
     features: ProgramFeatures,
     rays: &[ProbeRay],
 ) -> Result<Vec<ProbeHit>, RenderError> {
-    let features = features.with(Feature::Counters, false);
-    let shading = if features.has(Feature::Whitted) {
-        Shading::Whitted
-    } else {
-        Shading::Pbr
-    };
-    let gpu_scene = GpuScene::new(scene, bvh, features, shading)?;
-    let work = Work {
-        slots: rays.len().min(BATCH) as u32,
-        stack_items: 0,
-        samples: &[],
-    };
-    let pass = Pass::new(
-        device,
-        Kernel::Probe,
-        features,
-        Limits::for_depth(bvh.depth),
-        &gpu_scene,
-        &work,
-    )?;
-    let mut hits = Vec::with_capacity(rays.len());
-    for batch in rays.chunks(BATCH) {
-        let slot_count = batch.len() as u32;
+    Prober::new(device, scene, bvh, features)?.trace(rays)
+}
+
+/// A scene that rays are traced against in more than one go.
+pub struct Prober<'d> {
+    bulk: Bulk<'d>,
+    /// Of each triangle, the corner that the device begins at.
+    first_corners: Vec<u8>,
+}
+
+impl<'d> Prober<'d> {
+    /// Uploads the scene, and makes the program.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn new(
+        device: &'d Device,
+        scene: &Scene,
+        bvh: &Bvh,
+        features: ProgramFeatures,
+    ) -> Result<Self, RenderError> {
+        let geometry = &scene.geometry;
+        let first_corners = geometry.triangles.iter().map(|triangle| {
+            first_corner(triangle.vertices.map(|v| geometry.positions[v as usize])) as u8
+        });
+        Ok(Self {
+            bulk: Bulk::new(device, Kernel::Probe, scene, bvh, features)?,
+            first_corners: first_corners.collect(),
+        })
+    }
+
+    /// As [`probe`].
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn trace(&self, rays: &[ProbeRay]) -> Result<Vec<ProbeHit>, RenderError> {
+        let mut hits = self.bulk.run("probe_rays", rays, "probe_hits")?;
+        hits.iter_mut().for_each(|hit| self.turn_back(hit));
+        Ok(hits)
+    }
+
+    /// From the device's order of a triangle's vertices to the scene's.
+    fn turn_back(&self, hit: &mut ProbeHit) {
+        let first = self.first_corners.get(hit.triangle as usize);
+        (hit.u, hit.v) = match first {
+            Some(1) => (1.0 - hit.u - hit.v, hit.u),
+            Some(2) => (hit.v, 1.0 - hit.u - hit.v),
+            _ => (hit.u, hit.v),
+        };
+    }
+}
+
+/// A scene in which rays are followed to a surface and on from there, by the code that pictures are made by.
+pub struct SecondaryProber<'d>(Bulk<'d>);
+
+impl<'d> SecondaryProber<'d> {
+    /// Uploads the scene, and makes the program.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn new(
+        device: &'d Device,
+        scene: &Scene,
+        bvh: &Bvh,
+        features: ProgramFeatures,
+    ) -> Result<Self, RenderError> {
+        Bulk::new(device, Kernel::Secondary, scene, bvh, features).map(Self)
+    }
+
+    /// What each first ray hits, where the second one starts, and what that hits: the closest hits of radiance rays.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn trace(&self, rays: &[SecondaryRay]) -> Result<Vec<SecondaryHit>, RenderError> {
+        self.0.run("secondary_rays", rays, "secondary_hits")
+    }
+}
+
+/// A kernel that turns a list into another, element by element.
+struct Bulk<'d> {
+    device: &'d Device,
+    pass: Pass,
+    frame: Frame,
+}
+
+impl<'d> Bulk<'d> {
+    fn new(
+        device: &'d Device,
+        kernel: Kernel,
+        scene: &Scene,
+        bvh: &Bvh,
+        features: ProgramFeatures,
+    ) -> Result<Self, RenderError> {
+        let features = features.with(Feature::Counters, false);
+        let shading = if features.has(Feature::Whitted) {
+            Shading::Whitted
+        } else {
+            Shading::Pbr
+        };
+        let gpu_scene = GpuScene::new(scene, bvh, features, shading)?;
+        let work = Work {
+            slots: BATCH as u32,
+            stack_items: 0,
+            samples: &[],
+        };
+        let limits = Limits::for_depth(bvh.depth);
+        let pass = Pass::new(device, kernel, features, limits, &gpu_scene, &work)?;
         let frame = Frame {
-            slot_count,
             triangle_count: bvh.leaf_triangles.len() as u32,
+            vertex_count: gpu_scene.vertex_count,
+            color_offset: gpu_scene.color_offset,
+            tangent_offset: gpu_scene.tangent_offset,
             ..Frame::zeroed()
         };
-        pass.write(device, "frame", bytes_of(&frame));
-        pass.write(device, "probe_rays", cast_slice(batch));
-        pass.submit(device, slot_count.div_ceil(WORKGROUP));
-        let bytes = pass.read(
+        Ok(Self {
             device,
-            "probe_hits",
-            (batch.len() * size_of::<ProbeHit>()) as u64,
-        )?;
-        hits.extend_from_slice(cast_slice::<u8, ProbeHit>(&bytes));
+            pass,
+            frame,
+        })
     }
-    Ok(hits)
+
+    fn run<I: Pod, O: Pod>(
+        &self,
+        input: &str,
+        items: &[I],
+        output: &str,
+    ) -> Result<Vec<O>, RenderError> {
+        let Self { device, pass, .. } = self;
+        let mut found = Vec::with_capacity(items.len());
+        for batch in items.chunks(BATCH) {
+            let slot_count = batch.len() as u32;
+            let frame = Frame {
+                slot_count,
+                ..self.frame
+            };
+            pass.write(device, "frame", bytes_of(&frame));
+            pass.write(device, input, cast_slice(batch));
+            pass.submit(device, slot_count.div_ceil(WORKGROUP));
+            let size = batch.len() * size_of::<O>();
+            let bytes = pass.read(device, output, size as u64)?;
+            found.extend_from_slice(cast_slice::<u8, O>(&bytes));
+        }
+        Ok(found)
+    }
 }

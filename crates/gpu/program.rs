@@ -22,6 +22,8 @@ pub enum Kernel {
     Probe,
     /// One function alone, for tests.
     Piece(Piece),
+    /// Given rays and the rays that leave what they hit, for tests.
+    Secondary,
 }
 
 impl Kernel {
@@ -33,6 +35,7 @@ impl Kernel {
             Self::Aov => "aov",
             Self::Probe => "probe",
             Self::Piece(piece) => piece.name(),
+            Self::Secondary => "secondary",
         }
     }
 }

@@ -46,6 +46,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "kernels/aov.wgsl",
     "kernels/probe.wgsl",
     "kernels/pieces.wgsl",
+    "kernels/secondary.wgsl",
 ];
 
 /// Array sizes that overrides can't set.

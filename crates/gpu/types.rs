@@ -178,7 +178,7 @@ pub struct Slot {
 
 /// A ray for the probe kernel.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct ProbeRay {
     pub origin: [f32; 3],
@@ -189,13 +189,50 @@ pub struct ProbeRay {
 
 /// What the probe kernel found.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct ProbeHit {
     pub t: f32,
     pub u: f32,
     pub v: f32,
     pub triangle: u32,
+}
+
+/// A ray for the secondary kernel, and how another one leaves what it hits.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct SecondaryRay {
+    pub origin: [f32; 3],
+    pub leaving: u32,
+    pub direction: [f32; 3],
+    pub unused_0: u32,
+    pub next: [f32; 3],
+    pub unused_1: u32,
+}
+
+/// [`SecondaryRay::leaving`]: `next` is the second ray's direction, scene space.
+pub const LEAVING_ALONG: u32 = 0;
+/// [`SecondaryRay::leaving`]: `next` is the direction's components along two tangents and the geometric normal of the hit.
+pub const LEAVING_ABOUT_NORMAL: u32 = 1;
+/// [`SecondaryRay::leaving`]: the mirrored direction.
+pub const LEAVING_MIRRORED: u32 = 2;
+
+/// What the secondary kernel found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct SecondaryHit {
+    pub position: [f32; 3],
+    pub triangle: u32,
+    pub origin: [f32; 3],
+    pub t: f32,
+    pub direction: [f32; 3],
+    pub next_triangle: u32,
+    pub ng: [f32; 3],
+    pub back: u32,
+    pub ns: [f32; 3],
+    pub unused: u32,
 }
 
 /// First-hit layers of a pixel.

@@ -7,8 +7,8 @@ use raytree_scene::{
     environment::EquirectMap,
     features::{transmits, whitted_transmits},
     model::{
-        AlphaMode, Filter, Light as SceneLight, LightKind, Material as SceneMaterial, Scene,
-        TextureRef, Wrap,
+        AlphaMode, Filter, Geometry, Light as SceneLight, LightKind, Material as SceneMaterial,
+        Scene, TextureRef, Wrap,
     },
 };
 
@@ -125,13 +125,12 @@ impl GpuScene {
         self.leaf_vertices.reserve(12 * bvh.leaf_triangles.len());
         for &index in &bvh.leaf_triangles {
             let triangle = geometry.triangles[index as usize];
-            let corners = triangle
-                .vertices
-                .map(|vertex| geometry.positions[vertex as usize]);
+            let vertices = turned(geometry, triangle.vertices);
+            let corners = vertices.map(|vertex| geometry.positions[vertex as usize]);
             for vector in corners.into_iter().chain([unit_normal(corners)]) {
                 self.leaf_vertices.extend(vector.to_array());
             }
-            let [vertex_0, vertex_1, vertex_2] = triangle.vertices;
+            let [vertex_0, vertex_1, vertex_2] = vertices;
             self.leaf_triangles.push(LeafTriangle {
                 entry: index | flags[triangle.material as usize],
                 vertex_0,
@@ -226,10 +225,36 @@ impl GpuScene {
     }
 }
 
-/// Towards the front; zero for a triangle without area, which no ray hits.
+/// Which corner of a triangle lies opposite to its longest edge; the first of equals. From there the edges are the two shorter
+/// ones, which for a needle are not nearly parallel: their cross product and all that is divided by it keep their digits.
+pub(crate) fn first_corner(corners: [Vec3; 3]) -> usize {
+    let opposite = |k: usize| {
+        let [a, b] = [1, 2].map(|step| corners[(k + step) % 3].as_dvec3());
+        a.distance_squared(b)
+    };
+    (1..3).fold(0, |best, k| {
+        if opposite(k) > opposite(best) {
+            k
+        } else {
+            best
+        }
+    })
+}
+
+/// The same triangle, begun at its [`first_corner`].
+fn turned(geometry: &Geometry, vertices: [u32; 3]) -> [u32; 3] {
+    let first = first_corner(vertices.map(|vertex| geometry.positions[vertex as usize]));
+    [0, 1, 2].map(|k| vertices[(first + k) % 3])
+}
+
+/// Unit, out of the front; zero for a triangle without area, which no ray hits. Differences of f32 are exact in f64 unless they
+/// lie very far apart, so that it is right to the last bit even for slivers, whose cross product in f32 may point anywhere.
 fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
-    (b - a).cross(c - a).normalize_or_zero().as_vec3()
+    let (e1, e2) = (b - a, c - a);
+    // Scaled first: products of tiny edges may underflow.
+    let scale = e1.abs().max(e2.abs()).max_element().max(f64::MIN_POSITIVE);
+    (e1 / scale).cross(e2 / scale).normalize_or_zero().as_vec3()
 }
 
 fn append_map(texels: &mut Vec<u32>, map: &EquirectMap) -> EnvironmentLevel {

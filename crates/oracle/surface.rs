@@ -126,6 +126,23 @@ impl<'s> Oracle<'s> {
         }
     }
 
+    /// As [`Self::closest_hit`], but past triangle `from`, which the ray has just left.
+    #[must_use]
+    pub fn closest_hit_leaving(
+        &self,
+        from: usize,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        shading: Shading,
+    ) -> Option<Hit> {
+        let ray = Ray {
+            origin: origin.into(),
+            direction: direction.into(),
+            leaving: Some(from),
+        };
+        self.closest(&ray, shading)
+    }
+
     pub(crate) fn first_hit_of(&self, ray: &Ray, shading: Shading) -> Option<FirstHit> {
         let hit = self.closest(ray, shading)?;
         let surface = self.surface(ray, &hit, shading);

@@ -31,6 +31,8 @@ macro_rules! cases {
 cases! {
     fresnel "reflection and refraction at indices from 1/1000 to 1000, to within 1e-6 rad of grazing and critical angles",
     scale "our own scenes from 10^-12 to 10^12 times their size",
+    watertight "no ray escapes from inside a closed mesh",
+    self_hits "rays that leave a surface hit neither it nor miss its neighbours",
     media "glass in water, bubbles, faces that coincide, overlaps, cameras inside solids, open meshes",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
     geometry "triangles without area, infinite, NaN, inside out, twice, of aspect 10^7",

@@ -19,6 +19,7 @@ mod report;
 mod stage;
 
 pub mod judge;
+pub mod meshes;
 pub mod random;
 pub mod scenes;
 

@@ -5,8 +5,8 @@ use std::{ops::ControlFlow, time::Instant};
 use raytree_bvh::{Bvh, BvhError, Preset};
 use raytree_film::FilmError;
 use raytree_gpu::{
-    Device, Piece, PieceCall, PieceResult, ProgramFeatures, RenderError, RenderSettings, Rendered,
-    build_bvh, evaluate, probe, render,
+    Device, Piece, PieceCall, PieceResult, Prober, ProgramFeatures, RenderError, RenderSettings,
+    Rendered, SecondaryProber, build_bvh, evaluate, probe, render,
     types::{ProbeHit, ProbeRay},
 };
 use raytree_scene::{
@@ -98,6 +98,30 @@ impl<'a> Stage<'a> {
         Ok(rendered)
     }
 
+    /// A scene to trace rays against in more than one go, by a program with all that its geometry needs. Rays are for the caller
+    /// to count.
+    ///
+    /// # Errors
+    /// [`StressError`].
+    pub fn prober(&self, scene: &Scene) -> Result<Prober<'a>, StressError> {
+        let bvh = build_bvh(scene, Preset::default())?;
+        Ok(Prober::new(self.device, scene, &bvh, features(scene))?)
+    }
+
+    /// As [`Self::prober`], to follow rays that leave a hit.
+    ///
+    /// # Errors
+    /// [`StressError`].
+    pub fn secondary_prober(&self, scene: &Scene) -> Result<SecondaryProber<'a>, StressError> {
+        let bvh = build_bvh(scene, Preset::default())?;
+        Ok(SecondaryProber::new(
+            self.device,
+            scene,
+            &bvh,
+            features(scene),
+        )?)
+    }
+
     /// What each ray hits, by a program with all that the scene's geometry needs. Counts the rays for the next row.
     ///
     /// # Errors
@@ -108,13 +132,7 @@ impl<'a> Stage<'a> {
         bvh: &Bvh,
         rays: &[ProbeRay],
     ) -> Result<Vec<ProbeHit>, StressError> {
-        let camera =
-            raytree_scene::default_view::frame_scene(glam::DVec3::NEG_ONE, glam::DVec3::ONE, 1.0);
-        let features = ProgramFeatures::of(
-            &SceneFeatures::of(scene),
-            &RenderSettings::new(1, 1, camera),
-        );
-        let hits = probe(self.device, scene, bvh, features, rays)?;
+        let hits = probe(self.device, scene, bvh, features(scene), rays)?;
         self.count_rays(rays.len() as u64);
         Ok(hits)
     }
@@ -181,4 +199,12 @@ impl<'a> Stage<'a> {
         (self.observer)(&row);
         self.rows.push(row);
     }
+}
+
+/// What rays without a camera need of a scene.
+fn features(scene: &Scene) -> ProgramFeatures {
+    let camera =
+        raytree_scene::default_view::frame_scene(glam::DVec3::NEG_ONE, glam::DVec3::ONE, 1.0);
+    let settings = RenderSettings::new(1, 1, camera);
+    ProgramFeatures::of(&SceneFeatures::of(scene), &settings)
 }

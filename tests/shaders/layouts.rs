@@ -71,6 +71,8 @@ fn on_host() -> Vec<Layout> {
         Slot { radiance stack_height next_sample rays common_rays }
         ProbeRay { origin t_max direction shadow }
         ProbeHit { t u v triangle }
+        SecondaryRay { origin leaving direction unused_0 next unused_1 }
+        SecondaryHit { position triangle origin t direction next_triangle ng back ns unused }
         Aov { position depth geometric_normal material shading_normal node albedo unused }
     }
 }

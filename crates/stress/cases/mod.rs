@@ -5,4 +5,6 @@ pub(crate) mod geometry;
 pub(crate) mod lights;
 pub(crate) mod media;
 pub(crate) mod scale;
+pub(crate) mod self_hits;
 pub(crate) mod trees;
+pub(crate) mod watertight;
