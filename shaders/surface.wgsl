@@ -58,10 +58,29 @@ fn interpolated_attribute(corners: Corners, offset: u32) -> vec4f {
         + corners.v * (attribute_at(offset, corners.vertices.z) - first);
 }
 
-fn interpolated_uv(corners: Corners, uv_set: u32) -> vec2f {
-    let first = uv_at(uv_set, corners.vertices.x);
-    return first + corners.u * (uv_at(uv_set, corners.vertices.y) - first)
-        + corners.v * (uv_at(uv_set, corners.vertices.z) - first);
+// row . (whole, 1) of whole numbers, which may be large, without whole periods: exact products keep the fraction.
+fn moved_by_whole(row: vec3f, whole: vec2f, mode: u32) -> f32 {
+    let moved = precise_product(row, vec3f(whole, 1.0));
+    var high = moved.high;
+    if (mode != WRAP_CLAMP) {
+        high -= 2.0 * floor(0.5 * high);
+    }
+    return (high.x + high.y + high.z) + (moved.low.x + moved.low.y + moved.low.z);
+}
+
+// Where the point lies in a texture, by the ref's affine map. Whole numbers are taken out before interpolating: at a uv of 1e6 f32
+// has 16 steps to a period, but the corners' differences are exact.
+fn texture_place(material: u32, k: u32, corners: Corners) -> vec2f {
+    let used = materials[material].textures[k];
+    let texture = textures[used.texture];
+    let first = uv_at(used.uv_set, corners.vertices.x);
+    let whole = floor(first);
+    let uv = (first - whole) + corners.u * (uv_at(used.uv_set, corners.vertices.y) - first)
+        + corners.v * (uv_at(used.uv_set, corners.vertices.z) - first);
+    return vec2f(
+        dot(used.row_u.xy, uv) + moved_by_whole(used.row_u, whole, wrap_u(texture)),
+        dot(used.row_v.xy, uv) + moved_by_whole(used.row_v, whole, wrap_v(texture)),
+    );
 }
 
 // All textures of a material, white where there is none. One loop, one call: lavapipe inlines each.
@@ -71,8 +90,7 @@ fn sample_material(material: u32, corners: Corners) -> array<vec4f, 8> {
         values[k] = vec4f(1.0);
         let texture = materials[material].textures[k];
         if (texture.offset != NO_TEXTURE) {
-            let uv = vec3f(interpolated_uv(corners, texture.uv_set), 1.0);
-            values[k] = sample_texture(texture, vec2f(dot(texture.row_u, uv), dot(texture.row_v, uv)));
+            values[k] = sample_texture(texture, texture_place(texture, corners));
         }
     }
     return values;

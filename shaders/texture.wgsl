@@ -13,8 +13,8 @@ fn wrap_texel(coordinate: i32, size: i32, mode: u32) -> i32 {
 
 // A texel, decoded to linear. The table of the 256 sRGB codes opens the buffer (IEC 61966-2-1).
 fn texel(texture: TextureUse, x: i32, y: i32) -> vec4f {
-    let wrapped_x = wrap_texel(x, i32(texture.width), texture.flags & 3u);
-    let wrapped_y = wrap_texel(y, i32(texture.height), (texture.flags >> 2u) & 3u);
+    let wrapped_x = wrap_texel(x, i32(texture.width), wrap_u(texture));
+    let wrapped_y = wrap_texel(y, i32(texture.height), wrap_v(texture));
     let code = unpack4xU8(texels[texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x)]);
     let plain = vec4f(code) / 255.0;
     if ((texture.flags & TEXTURE_SRGB) == 0u) {
@@ -28,17 +28,34 @@ fn tap_weight(tap: u32, weight: vec2f) -> f32 {
     return select(1.0 - weight.x, weight.x, (tap & 1u) != 0u) * select(1.0 - weight.y, weight.y, tap > 1u);
 }
 
-// Coordinates that no image needs are kept from overflowing an i32.
-fn texel_coordinate(x: f32) -> i32 {
-    return i32(clamp(floor(x), -1e9, 1e9));
+// A coordinate without its whole periods, before it is multiplied by the texture's size: the product would have no digits left for
+// their fraction.
+fn within_period(x: f32, mode: u32) -> f32 {
+    if (!(abs(x) < 1e30)) {
+        return 0.0;
+    }
+    if (mode == WRAP_CLAMP) {
+        return clamp(x, -1.0, 2.0);
+    }
+    let period = select(1.0, 2.0, mode == WRAP_MIRRORED);
+    return x - period * floor(x / period);
+}
+
+fn wrap_u(texture: TextureUse) -> u32 {
+    return texture.flags & 3u;
+}
+
+fn wrap_v(texture: TextureUse) -> u32 {
+    return (texture.flags >> 2u) & 3u;
 }
 
 fn sample_texture(texture: TextureUse, uv: vec2f) -> vec4f {
-    let place = uv * vec2f(f32(texture.width), f32(texture.height));
+    let period = vec2f(within_period(uv.x, wrap_u(texture)), within_period(uv.y, wrap_v(texture)));
+    let place = period * vec2f(f32(texture.width), f32(texture.height));
     let nearest = (texture.flags & TEXTURE_NEAREST) != 0u;
     let corner = select(place - 0.5, place, nearest);
-    let x = texel_coordinate(corner.x);
-    let y = texel_coordinate(corner.y);
+    let x = i32(floor(corner.x));
+    let y = i32(floor(corner.y));
     let weight = select(corner - floor(corner), vec2f(0.0), nearest);
     var sum = vec4f(0.0);
     for (var tap = 0u; tap < select(4u, 1u, nearest); tap++) {

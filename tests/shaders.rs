@@ -182,7 +182,7 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
             "sample_material",
             "sample_texture",
             "texel",
-            "interpolated_uv",
+            "texture_place",
         ],
     ),
     (&[Feature::Textures, Feature::Environment], &["texels"]),

@@ -30,6 +30,8 @@ macro_rules! cases {
 
 cases! {
     fresnel "reflection and refraction at indices from 1/1000 to 1000, to within 1e-6 rad of grazing and critical angles",
+    thin "slabs of 1e-6 of the extent, faces in one place, a pile of a hundred panes",
+    shading "exponents, roughness, tangents, texture coordinates and sizes at their extremes",
     scale "our own scenes from 10^-12 to 10^12 times their size",
     watertight "no ray escapes from inside a closed mesh",
     self_hits "rays that leave a surface hit neither it nor miss its neighbours",
