@@ -7,7 +7,8 @@ struct Interface {
     f0: vec3f, // .. with KHR_materials_specular
     f90: f32,
     cos_i: f32, // dot(ns, wo)
-    across: vec3f, // ns x wo; only for solids
+    across: Pair3, // ns x wo; only for solids
+    sin_t: vec2f, // sin^2 of the refracted ray, a pair; only for solids
     cos_t: f32, // of the refracted ray; 0 in total internal reflection
     total: bool, // total internal reflection
     fresnel: vec3f, // F(cos_i)
@@ -69,7 +70,8 @@ fn fresnel(interface_: Interface, cos_i: f32, cos_t_squared: f32) -> vec3f {
     return max(interface_.f0 + (vec3f(interface_.f90) - interface_.f0) * rise, vec3f(0.0));
 }
 
-fn interface_at(surface: Surface, eta_i: f32, eta_t: f32) -> Interface {
+// `wo_rest`: what wo has lost in rounding (WorkItem.rest).
+fn interface_at(surface: Surface, wo_rest: vec3f, eta_i: f32, eta_t: f32) -> Interface {
     var made: Interface;
     made.eta_i = eta_i;
     made.eta_t = eta_t;
@@ -80,10 +82,11 @@ fn interface_at(surface: Surface, eta_i: f32, eta_t: f32) -> Interface {
     var squared = refracted_cos_squared(eta_i, eta_t, made.cos_i);
     if (HAS_SOLIDS) {
         // From the sine, to twice the digits of f32: close to the critical angle all of them show in the refracted ray.
-        let angle = precise_angle(surface.ns, surface.wo);
+        let angle = precise_angle(surface.ns, surface.wo, wo_rest);
         made.cos_i = clamp(angle.cosine, 0.0, 1.0);
         made.across = angle.across;
-        squared = one_minus_ratio_squared(eta_i, eta_t, angle.sine_squared);
+        made.sin_t = ratio_squared_times(eta_i, eta_t, angle.sine_squared);
+        squared = (1.0 - made.sin_t.x) - made.sin_t.y;
     }
     made.total = squared <= 0.0 && !same_index(eta_i, eta_t);
     made.cos_t = sqrt(max(squared, 0.0));
@@ -104,7 +107,28 @@ fn refracted_direction(surface: Surface, made: Interface) -> vec3f {
     if (same_index(made.eta_i, made.eta_t)) {
         return -surface.wo; // to the last bit: what has the index of its surroundings can't be seen
     }
-    let bent = (made.eta_i / made.eta_t) * cross(surface.ns, made.across) - made.cos_t * surface.ns;
+    let bent = (made.eta_i / made.eta_t) * cross(surface.ns, made.across.high) - made.cos_t * surface.ns;
     let above = max(dot(bent, surface.ng), 0.0);
     return normalize(bent - 2.0 * above * surface.ng);
+}
+
+struct Refracted {
+    direction: vec3f,
+    rest: vec3f, // what the direction has lost in rounding
+}
+
+// From inside of a solid of index 1000 one rounding of the direction comes out as 6e-5 rad, and close to grazing any is magnified:
+// so the direction is rounded once, and what it loses goes with the ray.
+fn refracted(surface: Surface, made: Interface, wo_rest: vec3f) -> Refracted {
+    let direction = refracted_direction(surface, made);
+    if (same_index(made.eta_i, made.eta_t)) {
+        return Refracted(direction, -wo_rest);
+    }
+    let off = direction_rest(surface.ns, direction, made.across, made.sin_t, made.cos_t);
+    // A ray that was mirrored at the facet is another one.
+    if (dot(direction, surface.ng) >= 0.0 || max_component(abs(off)) > 1e-6) {
+        return Refracted(direction, vec3f(0.0));
+    }
+    let rounded = kept3(direction + off);
+    return Refracted(rounded, off - (rounded - direction));
 }

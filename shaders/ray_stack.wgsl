@@ -14,6 +14,7 @@ struct WorkItem {
     straight: bool, // reached from the camera by alpha blending alone
     throughput: vec3f,
     media: vec2u,
+    rest: vec3f, // what the direction has lost in rounding; kept of refracted rays alone
     t_min: f32, // hits up to here, and at t_min of triangles up to `after`, are behind the ray
     after: u32, // the triangle that the ray leaves or has passed
     light: u32,
@@ -36,10 +37,16 @@ fn item_address(slot: u32, level: u32, word: u32) -> u32 {
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
     let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.joined) | (item.depth << 4u);
-    ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bitcast<u32>(item.t_max), item.light, is_lights));
+    // A radiance ray ends nowhere, a shadow ray has no descendants.
+    let bound = select(bitcast<u32>(item.t_max), item.allotment, item.kind == RADIANCE);
+    ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bound, item.light, is_lights));
     ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
     ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
-    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), item.allotment), item.through, is_lights));
+    var rest = 0u;
+    if (HAS_SOLIDS) {
+        rest = pack_rest(item.rest);
+    }
+    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights));
 }
 
 fn load_item(slot: u32, level: u32) -> WorkItem {
@@ -49,10 +56,14 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     let d = ray_stack[item_address(slot, level, 3u)];
     var item: WorkItem;
     item.origin = bitcast<vec3f>(a.xyz);
-    item.t_max = bitcast<f32>(a.w);
     item.light = a.w;
+    item.allotment = a.w;
     item.direction = bitcast<vec3f>(b.xyz);
     item.kind = b.w & 3u;
+    item.t_max = T_MAX;
+    if (item.kind == SHADOW) {
+        item.t_max = bitcast<f32>(a.w);
+    }
     item.straight = (b.w & 4u) != 0u;
     item.joined = (b.w & 8u) != 0u;
     item.depth = b.w >> 4u;
@@ -60,8 +71,12 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
     item.after = c.w;
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
-    item.allotment = d.w;
     item.through = d.zw;
+    if (HAS_SOLIDS) {
+        if (item.kind != LIGHTS) {
+            item.rest = unpack_rest(d.w);
+        }
+    }
     if (item.kind == LIGHTS) {
         item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, false); // whether seen from behind, surface_at finds again
     }

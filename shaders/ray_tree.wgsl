@@ -57,7 +57,7 @@ fn arrive(item: WorkItem) {
 }
 
 // The boundary between the medium that a ray is in and what is beyond the surface.
-fn interface_between(surface: Surface, media_: vec2u, through: vec2u) -> Interface {
+fn interface_between(surface: Surface, wo_rest: vec3f, media_: vec2u, through: vec2u) -> Interface {
     var eta_i = 1.0;
     var eta_t = materials[surface.material].ior;
     if (HAS_SOLIDS) {
@@ -66,7 +66,7 @@ fn interface_between(surface: Surface, media_: vec2u, through: vec2u) -> Interfa
             eta_t = medium_ior(through);
         }
     }
-    return interface_at(surface, eta_i, eta_t);
+    return interface_at(surface, wo_rest, eta_i, eta_t);
 }
 
 // What the surface does to the ray's media.
@@ -80,6 +80,7 @@ fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
 // A ray that a surface would spawn.
 struct Branch {
     direction: vec3f,
+    rest: vec3f, // WorkItem.rest
     weight: vec3f,
     media: vec2u,
     overflow: bool, // there is no room for its media
@@ -117,6 +118,7 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
     var child: WorkItem;
     child.origin = spawn_origin(surface, branch.direction);
     child.direction = branch.direction;
+    child.rest = branch.rest;
     child.t_max = T_MAX;
     child.kind = RADIANCE;
     child.depth = parent.depth + 1u;
@@ -134,9 +136,12 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
 fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: Interface) {
     let reflected = reflected_direction(surface, made.cos_i);
     var transmitted = item.direction;
+    var rest = item.rest;
     if (HAS_SOLIDS) {
         if (materials[surface.material].medium != 0u) {
-            transmitted = refracted_direction(surface, made);
+            let bent = refracted(surface, made, -item.rest);
+            transmitted = bent.direction;
+            rest = bent.rest;
         }
     }
     var shading: Shading;
@@ -159,15 +164,15 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: 
         // One loop with one call of `spawn`. Last pushed, first traced: the reflected ray.
         for (var k = 0u; k < 3u; k++) {
             let past = select(0.0, 1.0 - surface.alpha, k == 0u);
-            var branch = Branch(item.direction, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS, 0u);
+            var branch = Branch(item.direction, item.rest, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS, 0u);
             if (HAS_TRANSMISSION) {
                 if (k == 1u) {
-                    branch = Branch(transmitted, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS, 0u);
+                    branch = Branch(transmitted, rest, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS, 0u);
                 }
             }
             if (HAS_REFLECTION) {
                 if (k == 2u) {
-                    branch = Branch(reflected, surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS, 0u);
+                    branch = Branch(reflected, vec3f(0.0), surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS, 0u);
                 }
             }
             let share = max_component(branch.weight) / max(all_weights, 1e-30);
@@ -377,7 +382,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 continue;
             }
         }
-        let made = interface_between(surface, item.media, crossing.through);
+        let made = interface_between(surface, -item.rest, item.media, crossing.through);
         if (item.kind == RADIANCE) {
             shade(slot, item, surface, crossing, made);
             item.light = 0u;

@@ -195,6 +195,7 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
         &[Feature::Solids],
         &[
             "refracted_direction",
+            "refracted",
             "precise_angle",
             "enter_medium",
             "leave_medium",

@@ -96,10 +96,10 @@ fn piece_interface(@builtin(global_invocation_id) invocation: vec3u) {
     surface.transmission = 1.0;
     surface.specular = 1.0;
     surface.specular_color = vec3f(1.0);
-    let made = interface_at(surface, number(9u), number(10u));
+    let made = interface_at(surface, vec3f(0.0), number(9u), number(10u));
     let reflected = reflected_direction(surface, made.cos_i);
-    let refracted = refracted_direction(surface, made);
-    let shading = pbr_shading(surface, made, reflected, refracted);
+    let bent = refracted(surface, made, vec3f(0.0));
+    let shading = pbr_shading(surface, made, reflected, bent.direction);
     answer_number(0u, made.cos_i);
     answer_number(1u, made.cos_t);
     answer(2u, u32(made.total));
@@ -107,7 +107,7 @@ fn piece_interface(@builtin(global_invocation_id) invocation: vec3u) {
     answer_number(4u, shading.reflected.x);
     answer_number(5u, shading.transmitted.x);
     answer_vector(6u, reflected);
-    answer_vector(9u, refracted);
+    answer_vector(9u, bent.direction);
 }
 
 // Sixteen steps, each 0 (nothing), a medium to enter, or 256 plus a medium to leave -> the stack and its innermost medium.

@@ -30,7 +30,7 @@ pub(crate) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
 
 /// A square seen from above, 60 pixels a side.
 fn view(shading: Shading) -> RenderSettings {
-    let camera = pinhole(Vec3::new(0.2, 2.0, 1.4), Vec3::ZERO, 0.9);
+    let camera = pinhole(EYE, Vec3::ZERO, 0.9);
     RenderSettings {
         shading,
         ..RenderSettings::new(60, 60, camera)
@@ -49,20 +49,57 @@ fn against_oracle(
     Ok(())
 }
 
-/// A smooth-shaded ball on a floor under a light, of this material.
+const EYE: Vec3 = Vec3::new(0.2, 2.0, 1.4);
+const LIGHT: Vec3 = Vec3::new(0.4, 3.0, -1.3);
+
+/// A floor under a light, of this material.
 fn lit(material: Material) -> Build {
     let mut build = Build::before([0.1, 0.2, 0.3]);
     let material = build.material(material);
-    build.square(Vec3::new(0.0, -0.3, 0.0), Vec3::Y, 1.2, material);
-    build.ball(Vec3::new(0.1, 0.2, 0.0), 0.5, 4, material);
-    let position = DVec3::new(0.4, 3.0, -1.3);
+    build.square(Vec3::ZERO, Vec3::Y, 1.2, material);
+    let position = LIGHT.as_dvec3();
     let range = f64::INFINITY;
     build.light(LightKind::Point { position, range }, 8.0);
     build
 }
 
+/// Where the floor mirrors the light, from `EYE`, and as much around it as half vectors turn by `spread`, radians.
+fn highlight_view(shading: Shading, spread: f64) -> RenderSettings {
+    let mirrored = Vec3::new(LIGHT.x, -LIGHT.y, LIGHT.z);
+    let middle = EYE + (mirrored - EYE) * (EYE.y / (EYE.y - mirrored.y));
+    RenderSettings {
+        camera: pinhole(EYE, middle, (2.0 * spread).min(0.9)),
+        ..view(shading)
+    }
+}
+
+/// Judges the picture, and that there was a highlight in it to be judged.
+fn highlight_against_oracle(
+    stage: &mut Stage<'_>,
+    build: &Build,
+    settings: &RenderSettings,
+    parameter: &str,
+) -> Result<(), StressError> {
+    let film = stage.render(&build.0, settings)?.film;
+    let judged = judge_picture(&build.0, settings, &film, TOLERANCE);
+    stage.record(
+        format!("{parameter}, against the oracle"),
+        judged.worst,
+        Limit::AtMost(TOLERANCE),
+    );
+    let of =
+        |fold: fn(f32, f32) -> f32, start| film.radiance.iter().map(|c| c[0]).fold(start, fold);
+    let contrast = of(f32::max, 0.0) / of(f32::min, f32::INFINITY);
+    stage.record(
+        format!("{parameter}: brightest by darkest pixel"),
+        f64::from(contrast),
+        Limit::AtLeast(1.5),
+    );
+    Ok(())
+}
+
 fn exponents(stage: &mut Stage<'_>) -> Result<(), StressError> {
-    for n in [1.0, 1e3, 1e5, 1e6] {
+    for n in [1e2_f32, 1e4, 1e6] {
         let build = lit(Material {
             whitted: Some(WhittedCoefficients {
                 ks: Some(Vec3::splat(0.5)),
@@ -71,23 +108,41 @@ fn exponents(stage: &mut Stage<'_>) -> Result<(), StressError> {
             }),
             ..matte([0.3; 3])
         });
-        let parameter = format!("exponent {n:e}, against the oracle");
-        against_oracle(stage, &build, &view(Shading::Whitted), parameter)?;
+        let settings = highlight_view(Shading::Whitted, 3.0 / f64::from(n).sqrt());
+        highlight_against_oracle(stage, &build, &settings, &format!("exponent {n:e}"))?;
     }
     Ok(())
 }
 
+/// Under `pbr` a surface with alpha = roughness^2 below 1e-3 shows no highlight of a light without size: a roughness of 0.032 does.
 fn roughness(stage: &mut Stage<'_>) -> Result<(), StressError> {
-    for (shading, name) in [(Shading::Pbr, "pbr"), (Shading::Whitted, "whitted")] {
-        for roughness in [0.0, 1e-4, 0.032] {
-            let build = lit(Material {
-                roughness,
-                metallic: 0.5,
-                base_color: Vec4::new(0.8, 0.6, 0.4, 1.0),
-                ..Material::default()
-            });
-            let parameter = format!("roughness {roughness}, {name}, against the oracle");
-            against_oracle(stage, &build, &view(shading), parameter)?;
+    let of = |roughness| {
+        lit(Material {
+            roughness,
+            metallic: 0.5,
+            base_color: Vec4::new(0.8, 0.6, 0.4, 1.0),
+            ..Material::default()
+        })
+    };
+    for (shading, name, shown) in [
+        (Shading::Pbr, "pbr", vec![0.032, 0.1]),
+        (Shading::Whitted, "whitted", vec![0.0, 1e-4, 0.032]),
+    ] {
+        for roughness in [0.0_f32, 1e-4, 0.032, 0.1] {
+            let build = of(roughness);
+            let spread = 3.0 * f64::from(roughness * roughness).max(1e-3);
+            let settings = highlight_view(shading, spread);
+            let parameter = format!("roughness {roughness}, {name}");
+            if shown.contains(&roughness) {
+                highlight_against_oracle(stage, &build, &settings, &parameter)?;
+            } else {
+                against_oracle(
+                    stage,
+                    &build,
+                    &settings,
+                    format!("{parameter}, against the oracle"),
+                )?;
+            }
         }
     }
     Ok(())

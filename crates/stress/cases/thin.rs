@@ -148,14 +148,21 @@ fn faces_in_one_place(stage: &mut Stage<'_>) -> Result<(), StressError> {
         let mut corners = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
             .map(|(x, z): (f32, f32)| Vec3::new(x, 0.25, z));
         build.quad(corners, red);
+        let first = build.clone();
         corners.rotate_left(turned);
-        build.quad(corners.map(|corner| Vec3::new(size, 1.0, size) * corner), green);
+        build.quad(
+            corners.map(|corner| Vec3::new(size, 1.0, size) * corner),
+            green,
+        );
         let mut others = 0;
         let mut holes = 0;
         for (_, eye) in &eyes()[..2] {
-            let film = stage.render(&build.0, &view(0.7 * *eye))?.film;
-            let specks = film.radiance.iter().enumerate().filter(|(k, c)| c[1] > 0.0 && !beyond(*k));
-            others += specks.count();
+            let alone = stage.render(&first.0, &view(*eye))?.film;
+            let film = stage.render(&build.0, &view(*eye))?.film;
+            let pixels = film.radiance.iter().zip(&alone.radiance);
+            others += pixels
+                .filter(|(c, alone)| alone[0] > 0.0 && c[1] > 0.0)
+                .count();
             holes += film
                 .radiance
                 .iter()
