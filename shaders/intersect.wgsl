@@ -47,7 +47,8 @@ fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vert
     let areas = x.zxy * y.yzx - y.zxy * x.yzx;
     let lowest = min(areas.x, min(areas.y, areas.z));
     let highest = max(areas.x, max(areas.y, areas.z));
-    // The host's normal, from f64: of a sliver the cross product of the edges is noise in f32, and t with it.
+    // The host's normal, from f64: of a sliver the cross product of the edges is noise in f32, and t with it. And a plane across an
+    // axis has the same one whatever triangle spans it: of two faces in one place t is equal, and the lower index wins everywhere.
     let slope = dot(corners.normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
     let valid = (lowest >= 0.0 || highest <= 0.0) && slope != 0.0;
