@@ -53,7 +53,7 @@ fn begin_contact(hit: Hit, medium: u32, origin: vec3f, direction: vec3f) {
     let uv = barycentrics(origin, direction, corners.v0, corners.v1, corners.v2);
     contact.hit = hit;
     contact.position = corners.v0 + (uv.x * along_1 + uv.y * along_2);
-    contact.normal = normalize_or(cross(along_1, along_2), direction);
+    contact.normal = corners.normal;
     contact.height = contact_height(corners);
     // How far off t is grows with the distance: what lies within is looked at more closely.
     let off = contact.height + gamma(8.0) * dot(abs(contact.normal), abs(corners.v0 - origin));
@@ -75,13 +75,12 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
     contact.triangle = hit.triangle;
     contact.faces += 1u;
     let corners = leaf_positions(hit.leaf);
-    let normal = normalize_or(cross(corners.v1 - corners.v0, corners.v2 - corners.v0), vec3f(0.0));
-    let apart = abs(dot(normal, contact.position - corners.v0));
-    if (abs(dot(normal, contact.normal)) < CONTACT_COSINE || apart > contact.height) {
+    let apart = abs(dot(corners.normal, contact.position - corners.v0));
+    if (abs(dot(corners.normal, contact.normal)) < CONTACT_COSINE || apart > contact.height) {
         return true;
     }
     if (medium == 0u) {
-        if ((leaf_triangles[hit.leaf] & LEAF_TRANSPARENT) != 0u) {
+        if ((leaf_triangles[hit.leaf].entry & LEAF_TRANSPARENT) != 0u) {
             return true;
         }
         // Nothing is left or entered in front of an opaque face.

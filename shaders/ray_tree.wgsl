@@ -314,7 +314,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             if (HAS_CONTACT) {
                 var medium = 0u;
                 if (hit.triangle != NO_HIT) {
-                    medium = materials[triangles[hit.triangle].material].medium;
+                    medium = materials[leaf_triangles[hit.leaf].material].medium;
                 }
                 if (gathering) {
                     gathering = join_contact(hit, medium);

@@ -70,16 +70,14 @@ fn moved_by_whole(row: vec3f, whole: vec2f, mode: u32) -> f32 {
 
 // Where the point lies in a texture, by the ref's affine map. Whole numbers are taken out before interpolating: at a uv of 1e6 f32
 // has 16 steps to a period, but the corners' differences are exact.
-fn texture_place(material: u32, k: u32, corners: Corners) -> vec2f {
-    let used = materials[material].textures[k];
-    let texture = textures[used.texture];
+fn texture_place(used: TextureUse, corners: Corners) -> vec2f {
     let first = uv_at(used.uv_set, corners.vertices.x);
     let whole = floor(first);
     let uv = (first - whole) + corners.u * (uv_at(used.uv_set, corners.vertices.y) - first)
         + corners.v * (uv_at(used.uv_set, corners.vertices.z) - first);
     return vec2f(
-        dot(used.row_u.xy, uv) + moved_by_whole(used.row_u, whole, wrap_u(texture)),
-        dot(used.row_v.xy, uv) + moved_by_whole(used.row_v, whole, wrap_v(texture)),
+        dot(used.row_u.xy, uv) + moved_by_whole(used.row_u, whole, wrap_u(used)),
+        dot(used.row_v.xy, uv) + moved_by_whole(used.row_v, whole, wrap_v(used)),
     );
 }
 

@@ -12,7 +12,8 @@ use crate::{
     source::Limits,
     statistics::COUNTERS,
     types::{
-        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay, Slot,
+        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay,
+        Slot,
     },
     upload::GpuScene,
 };

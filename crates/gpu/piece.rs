@@ -21,7 +21,7 @@ use crate::{
 const BATCH: usize = 1 << 18;
 
 /// The arguments of a call, 32 bits each: what they mean is said at the entry points in `shaders/kernels/pieces.wgsl`.
-pub type PieceCall = [u32; 16];
+pub type PieceCall = [u32; 24];
 
 /// What a call gave, likewise.
 pub type PieceResult = [u32; 16];
@@ -110,7 +110,7 @@ pub fn evaluate(
         pass.write(device, "frame", bytes_of(&frame));
         pass.write(device, "piece_arguments", cast_slice(batch));
         pass.submit(device, slot_count.div_ceil(TILE_PIXELS));
-        let size = size_of_val(batch) as u64;
+        let size = (batch.len() * size_of::<PieceResult>()) as u64;
         let bytes = pass.read(device, "piece_results", size)?;
         results.extend_from_slice(cast_slice::<u8, PieceResult>(&bytes));
     }

@@ -1,7 +1,7 @@
 // The renderer's single functions, each with an entry point of its own, for tests that know their answers in f64
 // (crates/gpu/piece.rs). A program holds one of them, so it compiles in no time.
 
-const PIECE_ARGUMENTS: u32 = 16u; // words a call
+const PIECE_ARGUMENTS: u32 = 24u; // words a call
 const PIECE_RESULTS: u32 = 16u;
 
 var<private> call: u32;
@@ -38,14 +38,15 @@ fn answer_vector(k: u32, value: vec3f) {
     answer_number(k + 2u, value.z);
 }
 
-// Ray and corners -> t, back, valid, barycentrics.
+// Ray, corners and unit normal -> t, back, valid, barycentrics.
 @compute @workgroup_size(64)
 fn piece_triangle(@builtin(global_invocation_id) invocation: vec3u) {
     if (!take_call(invocation)) {
         return;
     }
     let direction = vector(3u);
-    let found = intersect_triangle(vector(0u), direction, view_along(direction), vector(6u), vector(9u), vector(12u));
+    let corners = Vertices(vector(6u), vector(9u), vector(12u), vector(15u));
+    let found = intersect_triangle(vector(0u), direction, view_along(direction), corners);
     let uv = barycentrics(vector(0u), direction, vector(6u), vector(9u), vector(12u));
     answer_number(0u, found.t);
     answer(1u, u32(found.back));
@@ -73,7 +74,7 @@ fn piece_leaving(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     let leaf = argument(6u);
-    let hit = Hit(0.0, leaf_triangles[leaf] & LEAF_TRIANGLE, leaf, argument(7u) != 0u);
+    let hit = Hit(0.0, leaf_triangles[leaf].entry & LEAF_TRIANGLE, leaf, argument(7u) != 0u);
     let surface = surface_at(hit, vector(0u), vector(3u));
     answer_vector(0u, surface.position);
     answer_vector(3u, spawn_origin(surface, vector(8u)));
@@ -117,7 +118,7 @@ fn piece_media(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     var stack = vec2u(0u);
-    for (var k = 0u; k < PIECE_ARGUMENTS; k++) {
+    for (var k = 0u; k < PIECE_RESULTS; k++) {
         let step = argument(k);
         if (step > 256u) {
             stack = leave_medium(stack, step - 256u);
@@ -183,13 +184,13 @@ fn piece_environment(@builtin(global_invocation_id) invocation: vec3u) {
     answer_number(4u, uv.y);
 }
 
-// A texture of the scene and uv -> RGBA.
+// A material of the scene and uv -> RGBA of its base colour texture.
 @compute @workgroup_size(64)
 fn piece_texture(@builtin(global_invocation_id) invocation: vec3u) {
     if (!take_call(invocation)) {
         return;
     }
-    let found = sample_texture(argument(0u), vec2f(number(1u), number(2u)));
+    let found = sample_texture(materials[argument(0u)].textures[BASE_COLOR_TEXTURE], vec2f(number(1u), number(2u)));
     answer_vector(0u, found.xyz);
     answer_number(3u, found.w);
 }

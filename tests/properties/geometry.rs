@@ -83,7 +83,9 @@ fn triangles_are_hit_where_they_are() {
         let ray = Arguments::default()
             .vector(aimed.origin)
             .vector(aimed.direction);
-        ray.vector(a).vector(b).vector(c).done()
+        let edges = [b - a, c - a].map(|edge| edge.as_dvec3());
+        let normal = edges[0].cross(edges[1]).normalize_or_zero().as_vec3();
+        ray.vector(a).vector(b).vector(c).vector(normal).done()
     };
     let judge = |aimed: &Aimed, answer: Answer<'_>| {
         let Some(right) = meeting(aimed) else {

@@ -295,7 +295,7 @@ fn wrapped(wrap: Wrap, texel: i64, size: u32) -> i64 {
     }
 }
 
-/// A texture of noise for every size, way to wrap, and filter.
+/// A texture of noise for every size, way to wrap, and filter, and a material for each.
 fn textured(sizes: &[(u32, u32)], wraps: &[Wrap]) -> Scene {
     let mut build = Build::before([0.0; 3]);
     let mut random = Random::new(8);
@@ -325,14 +325,16 @@ fn textured(sizes: &[(u32, u32)], wraps: &[Wrap]) -> Scene {
             }
         }
     }
-    let used = TextureRef {
-        texture: 0,
-        uv_set: 0,
-        transform: TextureRef::IDENTITY,
-    };
-    build.material(Material {
-        base_color_texture: Some(used),
-        ..matte([1.0; 3])
-    });
+    for texture in 0..build.0.textures.len() as u32 {
+        let used = TextureRef {
+            texture,
+            uv_set: 0,
+            transform: TextureRef::IDENTITY,
+        };
+        build.material(Material {
+            base_color_texture: Some(used),
+            ..matte([1.0; 3])
+        });
+    }
     build.0
 }

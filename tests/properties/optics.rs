@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-use raytree_gpu::Piece;
+use raytree_gpu::{Piece, PieceCall};
 
 use super::trial::{
     Answer, Arguments, EPSILON, Trial, decades, direction, ensure, near, near_vector,
@@ -91,9 +91,9 @@ fn light_is_split_as_snell_and_fresnel_say() {
 }
 
 /// What a stack of at most eight media would do; a step is a medium to enter (0 to 3: 0 is no step) or, plus 4, to leave.
-fn right_media(steps: &[u32; 16]) -> ([u32; 16], [u32; 16]) {
+fn right_media(steps: &[u32; 16]) -> (PieceCall, [u32; 16]) {
     let mut stack: Vec<u32> = Vec::new();
-    let mut words = [0; 16];
+    let mut words = PieceCall::default();
     let mut innermost = [0; 16];
     for (k, &step) in steps.iter().enumerate() {
         let medium = step % 4;
