@@ -24,3 +24,8 @@ override HAS_MANY_LIGHTS: bool = true;        // .. more than one
 override HAS_ENVIRONMENT: bool = true;        // an environment map
 override HAS_WHITTED: bool = true;            // shading model: eq. 14.32; else glTF's
 override HAS_COUNTERS: bool = true;           // statistics
+
+// Numerics: what every picture has, left out only to measure what it does and costs (settings.rs, Numerics).
+override HAS_WATERTIGHT: bool = true;         // edge functions that neighbours share; else Moeller and Trumbore 1997
+override HAS_PADDED_BOXES: bool = true;       // boxes widened by the rounding of their test
+override HAS_ERROR_BOUNDS: bool = true;       // rays start off the surface by its error; else hits below a tolerance are ignored (Foley 14.7)

@@ -94,11 +94,19 @@ fn interface_at(surface: Surface, wo_rest: vec3f, eta_i: f32, eta_t: f32) -> Int
     return made;
 }
 
-// Interpolated normals can send a ray to the wrong side of the surface: there it is mirrored back at the facet.
+// The least height over the facet of a direction that leaves it, unit length: the roundings of making the direction (8), of this
+// height (5) and of the normal and the length (3). What f32 calls a height of 0 or 1e-8 may point to the other side.
+fn least_height() -> f32 {
+    return gamma(16.0);
+}
+
+// Interpolated normals can send a ray to the wrong side of the surface: there it is mirrored back at the facet, and where it
+// runs along the facet it is lifted off.
 fn reflected_direction(surface: Surface, cos_i: f32) -> vec3f {
     let mirrored = 2.0 * cos_i * surface.ns - surface.wo;
-    let below = min(dot(mirrored, surface.ng), 0.0);
-    return normalize(mirrored - 2.0 * below * surface.ng);
+    let height = dot(mirrored, surface.ng);
+    let lift = max(max(-2.0 * height, least_height() - height), 0.0);
+    return normalize(mirrored + lift * surface.ng);
 }
 
 // The part along the surface as ns x (ns x wo): wo - cos_i ns would leave few digits of it near normal incidence, which a
@@ -108,8 +116,9 @@ fn refracted_direction(surface: Surface, made: Interface) -> vec3f {
         return -surface.wo; // to the last bit: what has the index of its surroundings can't be seen
     }
     let bent = (made.eta_i / made.eta_t) * cross(surface.ns, made.across.high) - made.cos_t * surface.ns;
-    let above = max(dot(bent, surface.ng), 0.0);
-    return normalize(bent - 2.0 * above * surface.ng);
+    let height = dot(bent, surface.ng);
+    let drop = max(max(2.0 * height, least_height() + height), 0.0);
+    return normalize(bent - drop * surface.ng);
 }
 
 struct Refracted {
@@ -125,8 +134,8 @@ fn refracted(surface: Surface, made: Interface, wo_rest: vec3f) -> Refracted {
         return Refracted(direction, -wo_rest);
     }
     let off = direction_rest(surface.ns, direction, made.across, made.sin_t, made.cos_t);
-    // A ray that was mirrored at the facet is another one.
-    if (dot(direction, surface.ng) >= 0.0 || max_component(abs(off)) > 1e-6) {
+    // A ray that was mirrored at the facet, or lifted off it, is another one.
+    if (dot(direction, surface.ng) >= -2.0 * least_height() || max_component(abs(off)) > 1e-6) {
         return Refracted(direction, vec3f(0.0));
     }
     let rounded = kept3(direction + off);

@@ -55,6 +55,24 @@ fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vert
     return TriangleHit(select(0.0, dot(corners.normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
 }
 
+// Moeller and Trumbore 1997: what the HAS_WATERTIGHT test is measured against. Neighbours compute different numbers for the
+// edge that they share.
+fn moeller_trumbore(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> TriangleHit {
+    let e1 = v1 - v0;
+    let e2 = v2 - v0;
+    let p = cross(direction, e2);
+    let determinant = dot(e1, p);
+    if (determinant == 0.0) {
+        return TriangleHit(0.0, false, false);
+    }
+    let from_v0 = origin - v0;
+    let q = cross(from_v0, e1);
+    let u = dot(from_v0, p) / determinant;
+    let v = dot(direction, q) / determinant;
+    let inside = min(u, v) >= 0.0 && u + v <= 1.0;
+    return TriangleHit(dot(e2, q) / determinant, (determinant < 0.0), inside);
+}
+
 // Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997): once for a hit, from the
 // triangle's own edges, so the error is eps d/s for a triangle of size s at distance d, and so are those of interpolated normals.
 fn barycentrics(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f) -> vec2f {
@@ -71,7 +89,7 @@ fn barycentrics(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: vec3f
     // Beyond the third edge: back along the shorter one, along which it is the shorter way.
     let beyond = max(u + v - 1.0, 0.0);
     let along_1 = select(0.0, beyond, dot(e1, e1) < dot(e2, e2));
-    return vec2f(u - along_1, v - (beyond - along_1));
+    return max(vec2f(u - along_1, v - (beyond - along_1)), vec2f(0.0));
 }
 
 struct Vertices {
@@ -143,8 +161,12 @@ fn intersect_node(ray: BoxRay, word: u32, t_min: f32, t_max: f32) -> u32 {
     let start = (bitcast<vec3f>(head.xyz) - ray.origin) * ray.inverse;
     // Widened by more than all roundings here and in the builder's quantisation (cf. Ize 2013), so no box is missed.
     let slack = 4.7683716e-7 * (abs(start) + 256.0 * abs(step)); // 2^-21
-    let near_start = start - slack;
-    let far_start = start + slack;
+    var near_start = start;
+    var far_start = start;
+    if (HAS_PADDED_BOXES) {
+        near_start -= slack;
+        far_start += slack;
+    }
 
     let near_x = select(bounds_x.xy, bounds_x.zw, ray.negative.x);
     let far_x = select(bounds_x.zw, bounds_x.xy, ray.negative.x);

@@ -173,6 +173,33 @@ fn place_along_ray(origin: vec3f, direction: vec3f, v0: vec3f, normal: vec3f, sl
     return Place(position, error, gamma(2.0) * (abs(position) + abs(step * direction)) + gamma(6.0) * abs(left));
 }
 
+// A hit point with the bounds of its errors.
+struct Point {
+    position: vec3f,
+    plane_error: vec3f, // Surface.position_error
+    outline_error: f32,
+}
+
+fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Vertices, normal: vec3f) -> Point {
+    // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
+    // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
+    // than one rounding.
+    let e1 = corners.v1 - corners.v0;
+    let e2 = corners.v2 - corners.v0;
+    let along_1 = uv.x * e1;
+    let along_2 = uv.y * e2;
+    let edges = edges_at(uv, corners.v0, e1, e2, normal);
+    let position = corners.v0 + (along_1 + along_2 + edges.inwards);
+    // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
+    let error = gamma(2.0) * abs(position) + gamma(4.0) * (abs(along_1) + abs(along_2));
+    let place = place_along_ray(origin, direction, corners.v0, normal, slope);
+    // Only where it is far better: the other point never lies beyond the triangle's edges.
+    if (8.0 * dot(place.error, vec3f(1.0)) < dot(error, vec3f(1.0))) {
+        return Point(place.position, place.plane_error, edges.outline_error);
+    }
+    return Point(position, error, edges.outline_error);
+}
+
 // Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
 fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     var surface: Surface;
@@ -189,32 +216,22 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     let v2 = positions.v2;
     let uv = barycentrics(origin, direction, v0, v1, v2);
     let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), uv.x, uv.y);
-    // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
-    // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
-    // than one rounding.
-    let e1 = v1 - v0;
-    let e2 = v2 - v0;
-    let along_1 = uv.x * e1;
-    let along_2 = uv.y * e2;
-    surface.triangle = hit.triangle;
-    let edges = edges_at(uv, v0, e1, e2, positions.normal);
-    surface.position = v0 + (along_1 + along_2 + edges.inwards);
-    surface.outline_error = edges.outline_error;
-    // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
-    surface.position_error = gamma(2.0) * abs(surface.position) + gamma(4.0) * (abs(along_1) + abs(along_2));
-
     // Seen from behind: by the normal that is right, not by the traversal's, which of a sliver is anything.
     let slope = dot(positions.normal, direction);
     surface.back = slope > 0.0;
     let facing = select(1.0, -1.0, surface.back);
     let front_ng = select(positions.normal, surface.wo, all(positions.normal == vec3f(0.0)));
     surface.ng = facing * front_ng;
-    let place = place_along_ray(origin, direction, v0, positions.normal, slope);
-    // Only where it is far better: the other point never lies beyond the triangle's edges.
-    if (8.0 * dot(place.error, vec3f(1.0)) < dot(surface.position_error, vec3f(1.0))) {
-        surface.position = place.position;
-        surface.position_error = place.plane_error;
+    surface.triangle = hit.triangle;
+    if (HAS_ERROR_BOUNDS) {
+        let point = point_at(origin, direction, slope, uv, positions, positions.normal);
+        surface.position = point.position;
+        surface.position_error = point.plane_error;
+        surface.outline_error = point.outline_error;
+    } else {
+        surface.position = origin + hit.t * direction;
     }
+
     var front_ns = normalize_or(interpolated_normal(corners), front_ng);
 
     var values: array<vec4f, 8>;
@@ -275,6 +292,9 @@ fn cut_out(surface: Surface) -> bool {
 // (WorkItem.after), so this is for its neighbours. Moving it further than needed is an error too: what a curved mirror or a
 // ball of glass shows is magnified from bounce to bounce.
 fn spawn_origin(surface: Surface, direction: vec3f) -> vec3f {
+    if (!HAS_ERROR_BOUNDS) {
+        return surface.position;
+    }
     let distance = dot(abs(surface.ng), surface.position_error) + surface.outline_error;
     let side = select(-1.0, 1.0, dot(direction, surface.ng) >= 0.0);
     return surface.position + side * distance * surface.ng;

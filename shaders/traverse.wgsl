@@ -6,17 +6,28 @@ var<private> triangle_tests: u32;
 
 const NODE_WORDS: u32 = 5u;
 
-// The closest hit with t in (t_min, t_max), or at a t_min above 0 with a triangle index above `after`; never triangle
-// `after` itself, the one that the ray has just left: a plane is met once. Nor anything at t = 0: on a plane whose points have
+// The closest hit with t in (start, t_max), or at a start above 0 with a triangle index above `left`; never triangle
+// `left` itself, the one that the ray has just left: a plane is met once. Nor anything at t = 0: on a plane whose points have
 // no error the origin was not moved, and its neighbour in that plane has been left as well. Of hits at equal t the lowest
 // triangle index counts. A shadow ray ends at the first opaque triangle that it finds, closest or not.
-fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, shadow: bool) -> Hit {
+//
+// Without HAS_ERROR_BOUNDS a ray starts in the hit point itself, and no hit nearer than the tolerance counts.
+fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, shadow: bool) -> Hit {
+    var t_min = start;
+    var after = left;
+    if (!HAS_ERROR_BOUNDS) {
+        t_min = max(start, frame.tolerance);
+        after = NO_HIT;
+    }
     var hit = Hit(t_max, NO_HIT, 0u, false);
     if (frame.triangle_count == 0u) {
         return hit;
     }
     let ray = box_ray(origin, direction);
-    let view = view_along(direction);
+    var view: View;
+    if (HAS_WATERTIGHT) {
+        view = view_along(direction);
+    }
     var stack: array<vec2u, TRAVERSAL_STACK>;
     var height = 0u;
     // A group: (first child, bits of children still to visit in the upper byte | which children are inner nodes).
@@ -44,7 +55,12 @@ fn trace(origin: vec3f, direction: vec3f, t_min: f32, after: u32, t_max: f32, sh
             leaf_bits &= leaf_bits - 1u;
             let leaf = bases.y + offset;
             let corners = leaf_positions(leaf);
-            let found = intersect_triangle(origin, direction, view, corners);
+            var found: TriangleHit;
+            if (HAS_WATERTIGHT) {
+                found = intersect_triangle(origin, direction, view, corners);
+            } else {
+                found = moeller_trumbore(origin, direction, corners.v0, corners.v1, corners.v2);
+            }
             triangle_tests += 1u;
             if (!found.valid || found.t < t_min || found.t > hit.t) {
                 continue;

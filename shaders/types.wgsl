@@ -41,7 +41,7 @@ struct Frame {
     max_rays: u32, // of a sample's tree, shadow rays left out
     camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl
-    unused_0: u32,
+    tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
     environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 

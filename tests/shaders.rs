@@ -231,6 +231,14 @@ const GOES_WITH: &[(&[Feature], &[&str])] = &[
         &["whitted_shading", "whitted_coefficients", "highlight"],
     ),
     (&[Feature::Counters], &["tally"]),
+    (
+        &[Feature::Watertight],
+        &["view_along", "intersect_triangle"],
+    ),
+    (
+        &[Feature::ErrorBounds],
+        &["point_at", "edges_at", "place_along_ray"],
+    ),
 ];
 
 #[test]
@@ -265,14 +273,40 @@ fn a_program_has_one_shading_model() {
     }
 }
 
-/// Also of the features that are no more than a branch something goes. (The shading models replace each other.)
+/// What pictures are made by has all that is done against rounding, and no fixed tolerance.
+#[test]
+fn pictures_have_no_tolerance() {
+    let scene = Scene::default();
+    let settings = RenderSettings::new(8, 8, raytree::default_camera(&scene));
+    let own = ProgramFeatures::of(&SceneFeatures::of(&scene), &settings);
+    let names = names(&program(Kernel::Render, own));
+    assert!(names.contains("intersect_triangle") && names.contains("point_at"));
+    assert!(!names.contains("moeller_trumbore"));
+    let book = RenderSettings {
+        numerics: raytree::Numerics::book(1e-4),
+        ..settings
+    };
+    let book = ProgramFeatures::of(&SceneFeatures::of(&scene), &book);
+    let parts = [
+        Feature::Watertight,
+        Feature::PaddedBoxes,
+        Feature::ErrorBounds,
+    ];
+    assert_eq!(
+        parts.map(|part| (own.has(part), book.has(part))),
+        [(true, false); 3]
+    );
+}
+
+/// Also of the features that are no more than a branch something goes. (The shading models replace each other, and so do the
+/// triangle tests.)
 #[test]
 fn every_feature_costs_code() {
     let everything = everything_but(&[Feature::Whitted]);
     let whole = size(&program(Kernel::Render, everything));
     for &feature in Feature::ALL
         .iter()
-        .filter(|feature| **feature != Feature::Whitted)
+        .filter(|feature| !matches!(feature, Feature::Whitted | Feature::Watertight))
     {
         let without = size(&program(Kernel::Render, everything.with(feature, false)));
         assert!(without < whole, "{feature:?}: {without} of {whole}");

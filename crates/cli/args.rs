@@ -218,8 +218,13 @@ pub struct StressArgs {
     pub only: Vec<String>,
 
     /// Print the names of the cases and what they try, and run none.
-    #[arg(long, conflicts_with_all = ["only", "json", "markdown"])]
+    #[arg(long, conflicts_with_all = ["only", "json", "markdown", "beside_book"])]
     pub list: bool,
+
+    /// Run each case a second time as the book has it, and show what comes out beside ours: rays start in the hit point, and hits
+    /// nearer than this are ignored, scene units (about the scene's extent) [default: 1e-4, which does best].
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, value_parser = values::number(0.0, 1.0))]
+    pub beside_book: Option<Option<f64>>,
 
     /// Print one JSON object.
     #[arg(long, conflicts_with = "markdown")]

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use raytree::Device;
-use raytree_stress::{CASES, Report, Row, Selection, UnknownCase, run as run_suite};
+use raytree_stress::{BOOK_TOLERANCE, CASES, Report, Row, Selection, UnknownCase};
 
 use crate::args::StressArgs;
 use crate::console::{Console, print, print_json};
@@ -15,7 +15,14 @@ pub fn run(args: &StressArgs, console: Console) -> anyhow::Result<()> {
     }
     let selection = selection(args).map_err(|error| Usage(error.to_string()))?;
     let device = Device::open(&values::device(&args.device))?;
-    let report = run_suite(&device, &selection, &mut |row| console.say(progress(row)));
+    let observer = &mut |row: &Row| console.say(progress(row));
+    let report = match args.beside_book {
+        Some(tolerance) => {
+            let tolerance = tolerance.map_or(BOOK_TOLERANCE, |given| given as f32);
+            raytree_stress::run_beside_book(&device, &selection, tolerance, observer)
+        }
+        None => raytree_stress::run(&device, &selection, observer),
+    };
     show(args, &report)?;
     if !report.passed() {
         bail!("the stress suite found what must not be: see the rows that say FAIL");

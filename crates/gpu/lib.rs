@@ -32,6 +32,6 @@ pub use pipeline::{Binding, bindings_of};
 pub use probe::{Prober, SecondaryProber, probe};
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
 pub use render::{Progress, RenderTimes, Rendered, render, render_with};
-pub use settings::{Region, RenderSettings, Shading};
+pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};
 pub use upload::{GpuScene, TooManyMedia};

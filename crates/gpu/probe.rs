@@ -10,7 +10,7 @@ use crate::{
     error::RenderError,
     pass::{Pass, Work},
     program::{Feature, Kernel, ProgramFeatures},
-    settings::Shading,
+    settings::{Numerics, Shading},
     source::Limits,
     types::{Frame, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay},
     upload::{GpuScene, first_corner},
@@ -41,7 +41,7 @@ pub fn probe(
     features: ProgramFeatures,
     rays: &[ProbeRay],
 ) -> Result<Vec<ProbeHit>, RenderError> {
-    Prober::new(device, scene, bvh, features)?.trace(rays)
+    Prober::new(device, scene, bvh, features, Numerics::default())?.trace(rays)
 }
 
 /// A scene that rays are traced against in more than one go.
@@ -52,7 +52,7 @@ pub struct Prober<'d> {
 }
 
 impl<'d> Prober<'d> {
-    /// Uploads the scene, and makes the program.
+    /// Uploads the scene, and makes the program: `numerics` counts, whatever `features` say of it.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -61,13 +61,14 @@ impl<'d> Prober<'d> {
         scene: &Scene,
         bvh: &Bvh,
         features: ProgramFeatures,
+        numerics: Numerics,
     ) -> Result<Self, RenderError> {
         let geometry = &scene.geometry;
         let first_corners = geometry.triangles.iter().map(|triangle| {
             first_corner(triangle.vertices.map(|v| geometry.positions[v as usize])) as u8
         });
         Ok(Self {
-            bulk: Bulk::new(device, Kernel::Probe, scene, bvh, features)?,
+            bulk: Bulk::new(device, Kernel::Probe, scene, bvh, features, numerics)?,
             first_corners: first_corners.collect(),
         })
     }
@@ -85,9 +86,11 @@ impl<'d> Prober<'d> {
     /// From the device's order of a triangle's vertices to the scene's.
     fn turn_back(&self, hit: &mut ProbeHit) {
         let first = self.first_corners.get(hit.triangle as usize);
+        // Rounding may leave less than nothing for the third.
+        let third = (1.0 - hit.u - hit.v).max(0.0);
         (hit.u, hit.v) = match first {
-            Some(1) => (1.0 - hit.u - hit.v, hit.u),
-            Some(2) => (hit.v, 1.0 - hit.u - hit.v),
+            Some(1) => (third, hit.u),
+            Some(2) => (hit.v, third),
             _ => (hit.u, hit.v),
         };
     }
@@ -97,7 +100,7 @@ impl<'d> Prober<'d> {
 pub struct SecondaryProber<'d>(Bulk<'d>);
 
 impl<'d> SecondaryProber<'d> {
-    /// Uploads the scene, and makes the program.
+    /// Uploads the scene, and makes the program: `numerics` counts, whatever `features` say of it.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -106,8 +109,9 @@ impl<'d> SecondaryProber<'d> {
         scene: &Scene,
         bvh: &Bvh,
         features: ProgramFeatures,
+        numerics: Numerics,
     ) -> Result<Self, RenderError> {
-        Bulk::new(device, Kernel::Secondary, scene, bvh, features).map(Self)
+        Bulk::new(device, Kernel::Secondary, scene, bvh, features, numerics).map(Self)
     }
 
     /// What each first ray hits, where the second one starts, and what that hits: the closest hits of radiance rays.
@@ -133,8 +137,11 @@ impl<'d> Bulk<'d> {
         scene: &Scene,
         bvh: &Bvh,
         features: ProgramFeatures,
+        numerics: Numerics,
     ) -> Result<Self, RenderError> {
-        let features = features.with(Feature::Counters, false);
+        let features = features
+            .with(Feature::Counters, false)
+            .with_numerics(numerics);
         let shading = if features.has(Feature::Whitted) {
             Shading::Whitted
         } else {
@@ -153,6 +160,7 @@ impl<'d> Bulk<'d> {
             vertex_count: gpu_scene.vertex_count,
             color_offset: gpu_scene.color_offset,
             tangent_offset: gpu_scene.tangent_offset,
+            tolerance: numerics.tolerance,
             ..Frame::zeroed()
         };
         Ok(Self {

@@ -6,7 +6,7 @@ use raytree_scene::model::Projection;
 
 use crate::{
     piece::Piece,
-    settings::{RenderSettings, Shading},
+    settings::{Numerics, RenderSettings, Shading},
     source::{self, Limits, ShaderError},
     specialise::{SpecialiseError, specialise},
 };
@@ -89,6 +89,9 @@ features! {
     Environment "HAS_ENVIRONMENT" "environment map",
     Whitted "HAS_WHITTED" "the book's shading model",
     Counters "HAS_COUNTERS" "counters",
+    Watertight "HAS_WATERTIGHT" "watertight triangles",
+    PaddedBoxes "HAS_PADDED_BOXES" "padded boxes",
+    ErrorBounds "HAS_ERROR_BOUNDS" "error bounds",
 }
 
 /// The set of features that a program has.
@@ -141,6 +144,15 @@ impl ProgramFeatures {
             .with(Feature::Environment, scene.environment)
             .with(Feature::Whitted, whitted)
             .with(Feature::Counters, settings.counters)
+            .with_numerics(settings.numerics)
+    }
+
+    /// The same set with the program's part of these numerics.
+    #[must_use]
+    pub fn with_numerics(self, numerics: Numerics) -> Self {
+        self.with(Feature::Watertight, numerics.watertight)
+            .with(Feature::PaddedBoxes, numerics.padded_boxes)
+            .with(Feature::ErrorBounds, numerics.error_bounds)
     }
 
     /// The same set with or without `feature`.

@@ -245,6 +245,7 @@ impl Plan {
             tile_columns: tiling.columns,
             stack_capacity,
             step_budget: STEP_BUDGET,
+            tolerance: settings.numerics.tolerance,
             vertex_count: gpu.vertex_count,
             uv_offset: gpu.uv_offset,
             color_offset: gpu.color_offset,

@@ -13,6 +13,44 @@ pub enum Shading {
     Whitted,
 }
 
+/// What is done against rounding. Pictures have all of it; parts are left out to measure what they do and what they cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numerics {
+    /// Triangles by edge functions that neighbours share (Woop, Benthin and Wald 2013); else by Moeller and Trumbore 1997.
+    pub watertight: bool,
+    /// Boxes widened by the rounding of their test (Ize 2013).
+    pub padded_boxes: bool,
+    /// Rays start off the surface by the bound of its error (pbrt 4ed, 6.8); else they start in the computed hit point, and hits
+    /// nearer than the tolerance are ignored.
+    pub error_bounds: bool,
+    /// Without error bounds: scene units, which are about the scene's extent; at least 0.
+    pub tolerance: f32,
+}
+
+impl Default for Numerics {
+    fn default() -> Self {
+        Self {
+            watertight: true,
+            padded_boxes: true,
+            error_bounds: true,
+            tolerance: 0.0,
+        }
+    }
+}
+
+impl Numerics {
+    /// A fixed tolerance and nothing else (Foley et al., 14.7), `tolerance` in scene units.
+    #[must_use]
+    pub fn book(tolerance: f32) -> Self {
+        Self {
+            watertight: false,
+            padded_boxes: false,
+            error_bounds: false,
+            tolerance,
+        }
+    }
+}
+
 /// The part of the picture that is rendered, pixels from its upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
@@ -49,6 +87,8 @@ pub struct RenderSettings {
     pub max_rays: u32,
     /// Which model.
     pub shading: Shading,
+    /// What is done against rounding: all, but for measurements.
+    pub numerics: Numerics,
     /// Also render the first-hit layers.
     pub aovs: bool,
     /// Count rays, node visits, triangle tests and why branches end. Costs a few percent.
@@ -71,6 +111,7 @@ impl RenderSettings {
             min_weight: 1e-3,
             max_rays: 1 << 16,
             shading: Shading::Pbr,
+            numerics: Numerics::default(),
             aovs: false,
             counters: false,
             batch_pixels: 1 << 16,

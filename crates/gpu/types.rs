@@ -59,7 +59,7 @@ pub struct Frame {
     pub max_rays: u32,
     pub camera_media: [u32; 2],
     pub zero: u32,
-    pub unused_0: u32,
+    pub tolerance: f32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 

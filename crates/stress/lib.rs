@@ -23,6 +23,6 @@ pub mod meshes;
 pub mod random;
 pub mod scenes;
 
-pub use case::{CASES, Case, Selection, UnknownCase, run};
+pub use case::{BOOK_TOLERANCE, CASES, Case, Selection, UnknownCase, run, run_beside_book};
 pub use report::{Limit, Report, Row};
 pub use stage::{Stage, StressError};

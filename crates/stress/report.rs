@@ -43,6 +43,8 @@ pub struct Row {
     pub parameter: String,
     /// What came out; NaN if nothing did.
     pub measured: f64,
+    /// What came out by the book's numerics ([`raytree_gpu::Numerics::book`]), if that was tried; held to nothing.
+    pub book: Option<f64>,
     /// What it is held to.
     pub limit: Limit,
     /// Rays that were traced for it.
@@ -76,7 +78,40 @@ pub struct Report {
     pub rows: Vec<Row>,
 }
 
-const HEADINGS: [&str; 6] = ["case", "parameter", "measured", "limit", "rays", "verdict"];
+impl Report {
+    /// Was anything measured by the book's numerics too?
+    fn is_beside_book(&self) -> bool {
+        self.rows.iter().any(|row| row.book.is_some())
+    }
+
+    fn headings(&self) -> Vec<&'static str> {
+        let book = self.is_beside_book().then_some("by the book");
+        ["case", "parameter", "measured"]
+            .into_iter()
+            .chain(book)
+            .chain(["limit", "rays", "verdict"])
+            .collect()
+    }
+
+    fn cells(&self, row: &Row) -> Vec<String> {
+        let book = self
+            .is_beside_book()
+            .then(|| row.book.map_or_else(|| "-".to_owned(), figure));
+        [
+            row.case.to_owned(),
+            row.parameter.clone(),
+            figure(row.measured),
+        ]
+        .into_iter()
+        .chain(book)
+        .chain([
+            row.limit.to_string(),
+            row.rays.to_string(),
+            row.verdict().to_owned(),
+        ])
+        .collect()
+    }
+}
 
 impl Report {
     /// Does every row hold? An empty report does not: nothing was judged.
@@ -88,25 +123,26 @@ impl Report {
     /// A table for the terminal, remarks below their rows.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let cells: Vec<[String; 6]> = self.rows.iter().map(cells).collect();
-        let mut widths = HEADINGS.map(str::len);
-        for row in &cells {
-            for (width, cell) in widths.iter_mut().zip(row) {
-                *width = (*width).max(cell.chars().count());
-            }
-        }
-        let line = |row: [&str; 6]| {
-            let padded: Vec<String> = row
+        let headings = self.headings().into_iter().map(str::to_owned).collect();
+        let lines: Vec<Vec<String>> = std::iter::once(headings)
+            .chain(self.rows.iter().map(|row| self.cells(row)))
+            .collect();
+        let width = |column: usize| {
+            let widths = lines.iter().map(|line| line[column].chars().count());
+            widths.max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..lines[0].len()).map(width).collect();
+        let notes = std::iter::once(None).chain(self.rows.iter().map(|row| row.note.as_ref()));
+        let mut text = String::new();
+        for (line, note) in lines.iter().zip(notes) {
+            let padded: Vec<String> = line
                 .iter()
-                .zip(widths)
+                .zip(&widths)
                 .map(|(cell, width)| format!("{cell:<width$}"))
                 .collect();
-            padded.join("  ").trim_end().to_owned() + "\n"
-        };
-        let mut text = line(HEADINGS);
-        for (row, cells) in self.rows.iter().zip(&cells) {
-            text += &line(cells.each_ref().map(String::as_str));
-            if let Some(note) = &row.note {
+            text += padded.join("  ").trim_end();
+            text += "\n";
+            if let Some(note) = note {
                 let _ = writeln!(text, "  {note}"); // writing to a string can't fail
             }
         }
@@ -116,17 +152,18 @@ impl Report {
     /// A table in Markdown.
     #[must_use]
     pub fn to_markdown(&self) -> String {
-        let line = |cells: [&str; 7]| {
-            format!(
-                "| {} |\n",
-                cells.map(|cell| cell.replace('|', "\\|")).join(" | ")
-            )
+        let line = |cells: Vec<String>| {
+            let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            format!("| {} |\n", cells.join(" | "))
         };
-        let [a, b, c, d, e, f] = HEADINGS;
-        let mut text = line([a, b, c, d, e, f, "remark"]) + "|---|---|---|---|---|---|---|\n";
+        let mut headings: Vec<String> = self.headings().into_iter().map(str::to_owned).collect();
+        headings.push("remark".to_owned());
+        let rule = "|---".repeat(headings.len()) + "|\n";
+        let mut text = line(headings) + &rule;
         for row in &self.rows {
-            let [a, b, c, d, e, f] = &cells(row);
-            text += &line([a, b, c, d, e, f, row.note.as_deref().unwrap_or("")]);
+            let mut cells = self.cells(row);
+            cells.push(row.note.clone().unwrap_or_default());
+            text += &line(cells);
         }
         format!("{text}\n{}\n", self.summary())
     }
@@ -146,6 +183,7 @@ impl Report {
                     "case": row.case,
                     "parameter": row.parameter,
                     "measured": row.measured,
+                    "book": row.book,
                     "limit": { kind: bound },
                     "rays": row.rays,
                     "seconds": row.seconds,
@@ -174,17 +212,6 @@ impl Report {
     }
 }
 
-fn cells(row: &Row) -> [String; 6] {
-    [
-        row.case.to_owned(),
-        row.parameter.clone(),
-        figure(row.measured),
-        row.limit.to_string(),
-        row.rays.to_string(),
-        row.verdict().to_owned(),
-    ]
-}
-
 /// Whole numbers as they are, others with three digits.
 fn figure(x: f64) -> String {
     if x.is_nan() {
@@ -207,6 +234,7 @@ mod tests {
             case: "scale",
             parameter: "2^k | all".to_owned(),
             measured,
+            book: None,
             limit,
             rays: 7,
             seconds: 0.5,
@@ -259,9 +287,34 @@ mod tests {
                 .to_markdown()
                 .contains("| scale | 2^k \\| all | - | <= 0 | 7 | FAIL | why |")
         );
+        assert!(!text.contains("book") && !report.to_markdown().contains("book"));
         let json = report.to_json();
         assert_eq!(json["passed"], false);
         assert_eq!(json["rows"][0]["holds"], true);
         assert_eq!(json["rows"][1]["measured"], Value::Null);
+    }
+
+    #[test]
+    fn what_the_book_gives_has_a_column_of_its_own() {
+        let mut compared = row(0.0, Limit::AtMost(0.0));
+        compared.book = Some(1234.0);
+        let report = report(vec![compared, row(0.5, Limit::AtMost(1.0))]);
+        assert!(report.passed(), "the book is held to nothing");
+        let text = report.to_text();
+        assert!(
+            text.starts_with("case   parameter   measured  by the book  limit"),
+            "{text}"
+        );
+        assert!(text.contains("0         1234         <= 0"), "{text}");
+        let markdown = report.to_markdown();
+        assert!(
+            markdown.contains("|---|---|---|---|---|---|---|---|"),
+            "{markdown}"
+        );
+        assert!(
+            markdown.contains("| 0 | 1234 | <= 0 |") && markdown.contains("| 0.5 | - | <= 1 |")
+        );
+        assert_eq!(report.to_json()["rows"][0]["book"], 1234.0);
+        assert_eq!(report.to_json()["rows"][1]["book"], Value::Null);
     }
 }

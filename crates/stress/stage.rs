@@ -5,8 +5,8 @@ use std::{ops::ControlFlow, time::Instant};
 use raytree_bvh::{Bvh, BvhError, Preset};
 use raytree_film::FilmError;
 use raytree_gpu::{
-    Device, Piece, PieceCall, PieceResult, Prober, ProgramFeatures, RenderError, RenderSettings,
-    Rendered, SecondaryProber, build_bvh, evaluate, probe, render,
+    Device, Numerics, Piece, PieceCall, PieceResult, Prober, ProgramFeatures, RenderError,
+    RenderSettings, Rendered, SecondaryProber, build_bvh, evaluate, render,
     types::{ProbeHit, ProbeRay},
 };
 use raytree_scene::{
@@ -43,6 +43,7 @@ pub enum StressError {
 pub struct Stage<'a> {
     device: &'a Device,
     case: &'static str,
+    numerics: Numerics,
     observer: &'a mut dyn FnMut(&Row),
     rows: Vec<Row>,
     rays: u64,
@@ -53,11 +54,13 @@ impl<'a> Stage<'a> {
     pub(crate) fn new(
         device: &'a Device,
         case: &'static str,
+        numerics: Numerics,
         observer: &'a mut dyn FnMut(&Row),
     ) -> Self {
         Self {
             device,
             case,
+            numerics,
             observer,
             rows: Vec::new(),
             rays: 0,
@@ -75,6 +78,13 @@ impl<'a> Stage<'a> {
         self.device
     }
 
+    /// What is done against rounding: all, or in a run for comparison what the book does. For cases that bring their own device
+    /// code; [`Self::render`] and the probers see to it.
+    #[must_use]
+    pub fn numerics(&self) -> Numerics {
+        self.numerics
+    }
+
     /// Renders, and counts the rays for the next row.
     ///
     /// # Errors
@@ -87,6 +97,7 @@ impl<'a> Stage<'a> {
         let bvh = build_bvh(scene, Preset::default())?;
         let settings = RenderSettings {
             counters: true,
+            numerics: self.numerics,
             ..settings.clone()
         };
         let unobserved = &mut |_| ControlFlow::Continue(());
@@ -105,7 +116,13 @@ impl<'a> Stage<'a> {
     /// [`StressError`].
     pub fn prober(&self, scene: &Scene) -> Result<Prober<'a>, StressError> {
         let bvh = build_bvh(scene, Preset::default())?;
-        Ok(Prober::new(self.device, scene, &bvh, features(scene))?)
+        Ok(Prober::new(
+            self.device,
+            scene,
+            &bvh,
+            features(scene),
+            self.numerics,
+        )?)
     }
 
     /// As [`Self::prober`], to follow rays that leave a hit.
@@ -119,6 +136,7 @@ impl<'a> Stage<'a> {
             scene,
             &bvh,
             features(scene),
+            self.numerics,
         )?)
     }
 
@@ -132,7 +150,8 @@ impl<'a> Stage<'a> {
         bvh: &Bvh,
         rays: &[ProbeRay],
     ) -> Result<Vec<ProbeHit>, StressError> {
-        let hits = probe(self.device, scene, bvh, features(scene), rays)?;
+        let prober = Prober::new(self.device, scene, bvh, features(scene), self.numerics)?;
+        let hits = prober.trace(rays)?;
         self.count_rays(rays.len() as u64);
         Ok(hits)
     }
@@ -190,6 +209,7 @@ impl<'a> Stage<'a> {
             case: self.case,
             parameter,
             measured,
+            book: None,
             limit,
             rays: std::mem::take(&mut self.rays),
             seconds: self.started.elapsed().as_secs_f64(),

@@ -55,7 +55,7 @@ fn on_host() -> Vec<Layout> {
             camera_position sample_count camera_right max_depth camera_up light_count camera_forward min_weight ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_count uv_offset color_offset
-            tangent_offset rotation_cos rotation_sin max_rays camera_media zero unused_0 environment
+            tangent_offset rotation_cos rotation_sin max_rays camera_media zero tolerance environment
         }
         LeafTriangle { entry vertex_0 vertex_1 vertex_2 material node }
         TextureUse { row_u offset row_v uv_set width height flags unused }

@@ -7,6 +7,7 @@ pub(crate) mod media;
 pub(crate) mod scale;
 pub(crate) mod self_hits;
 pub(crate) mod shading;
+pub(crate) mod terminator;
 pub(crate) mod thin;
 pub(crate) mod trees;
 pub(crate) mod watertight;

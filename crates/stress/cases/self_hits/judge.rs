@@ -375,8 +375,6 @@ fn start_bound(
         .fold(0.0, f64::max);
 
     let rounding = EPSILON * (2.0 * sum(point) + 4.0 * (sum(e1) + sum(e2)));
-    let off_the_edges =
-        EPSILON * (6.0 * corners[anchor].abs() + 12.0 * (e1.abs() + e2.abs())).length();
     // Twice: along the normal it is moved by as much as it may be off, and by what outlines may be off.
     let outline = ROUNDINGS_OF_OUTLINE * EPSILON * e1.distance(e2);
     let mut by_coordinates = ROUNDINGS_OF_PLACE * EPSILON * farthest * conditioning(corners)
