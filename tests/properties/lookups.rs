@@ -192,7 +192,6 @@ fn the_environment_is_where_it_should_be() {
             )?;
         }
         near("v", answer.number(4), v, 8.0 * EPSILON)?;
-        let (cx, cy) = (u * f64::from(width) - 0.5, v * f64::from(height) - 0.5);
         let place = (u * f64::from(width) - 0.5, v * f64::from(height) - 0.5);
         let texel = |i: i64, j: i64| {
             let (i, j) = (
