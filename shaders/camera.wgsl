@@ -3,18 +3,22 @@
 struct Ray {
     origin: vec3f,
     direction: vec3f, // unit length
+    t_min: f32, // where it begins
 }
 
-// The ray through `pixel` of the whole picture, `offset` pixels from its middle.
+// The ray through `pixel` of the whole picture, `offset` pixels from its middle. A camera that has the whole scene before it has
+// its rays start on a plane through the scene instead, and look both ways along them (crates/gpu/camera.rs): f32 can't hold
+// the place of a camera a million extents away, nor directions that differ by a pixel in a field of a thousandth of a degree.
 fn camera_ray(pixel: vec2u, offset: vec2f) -> Ray {
     let place = (vec2f(pixel) + 0.5 + offset) / frame.picture_size;
     let x = 2.0 * place.x - 1.0;
     let y = 1.0 - 2.0 * place.y;
-    let sideways = x * frame.camera_right + y * frame.camera_up;
+    let origin = frame.ray_start + (x * frame.start_right + y * frame.start_up);
     if (HAS_ORTHOGRAPHIC) {
-        return Ray(frame.camera_position + sideways, frame.camera_forward);
+        return Ray(origin, frame.camera_forward, frame.start_t);
     }
-    return Ray(frame.camera_position, normalize(frame.camera_forward + sideways));
+    let sideways = x * frame.camera_right + y * frame.camera_up;
+    return Ray(origin, normalize(frame.camera_forward + sideways), frame.start_t);
 }
 
 // Where in its pixel a sample lies.

@@ -14,6 +14,7 @@ fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     var item: WorkItem;
     item.origin = ray.origin;
     item.direction = ray.direction;
+    item.t_min = ray.t_min;
     item.t_max = T_MAX;
     item.kind = RADIANCE;
     item.straight = true;

@@ -6,7 +6,7 @@ var<private> triangle_tests: u32;
 
 const NODE_WORDS: u32 = 5u;
 
-// The closest hit with t in (start, t_max), or at a start above 0 with a triangle index above `left`; never triangle
+// The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
 // `left` itself, the one that the ray has just left: a plane is met once. Nor anything at t = 0: on a plane whose points have
 // no error the origin was not moved, and its neighbour in that plane has been left as well. Of hits at equal t the lowest
 // triangle index counts. A shadow ray ends at the first opaque triangle that it finds, closest or not.
@@ -16,7 +16,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var t_min = start;
     var after = left;
     if (!HAS_ERROR_BOUNDS) {
-        t_min = max(start, frame.tolerance);
+        t_min = select(max(start, frame.tolerance), start, start < 0.0); // camera rays start in front of what is behind them
         after = NO_HIT;
     }
     var hit = Hit(t_max, NO_HIT, 0u, false);
@@ -68,7 +68,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             let entry = leaf_triangles[leaf].entry;
             let triangle = entry & LEAF_TRIANGLE;
             let closer = found.t < hit.t || triangle < hit.triangle;
-            let beyond = found.t > t_min || (found.t > 0.0 && triangle > after);
+            let beyond = found.t > t_min || (t_min != 0.0 && triangle > after);
             if (!closer || !beyond || triangle == after) {
                 continue;
             }

@@ -10,7 +10,7 @@ struct EnvironmentLevel {
 
 // What is the same for all invocations of a dispatch.
 struct Frame {
-    camera_position: vec3f,
+    ray_start: vec3f, // of the ray through the picture's middle: its place at t = 0
     sample_count: u32,
     camera_right: vec3f, // to the picture's right edge (perspective: at unit distance along forward)
     max_depth: u32,
@@ -18,6 +18,10 @@ struct Frame {
     light_count: u32,
     camera_forward: vec3f,
     min_weight: f32,
+    start_right: vec3f, // from ray_start to that of the ray at the picture's right edge; 0 for a pinhole that rays start from
+    start_t: f32, // where camera rays begin: 0, or -T_MAX where nothing lies behind the camera
+    start_up: vec3f, // .. at the upper edge
+    start_depth: f32, // of ray_start before the camera
     ambient: vec3f,
     triangle_count: u32,
     background: vec3f,

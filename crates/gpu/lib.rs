@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod agreement;
 mod batch;
+mod camera;
 mod device;
 mod error;
 mod hierarchy;

@@ -10,11 +10,12 @@ use raytree_bvh::Bvh;
 use raytree_film::{Aovs, Film, sample_pattern};
 use raytree_scene::{
     features::SceneFeatures,
-    model::{Background, Camera, Projection, Scene},
+    model::{Background, Scene},
 };
 
 use crate::{
     batch::{Batch, TILE_PIXELS, Tiling},
+    camera::set_camera,
     device::Device,
     error::RenderError,
     pass::{ITEM_BYTES, Pass, Work},
@@ -264,7 +265,12 @@ impl Plan {
         frame.rotation_cos = rotation.cos() as f32;
         frame.rotation_sin = rotation.sin() as f32;
         set_background(&mut frame, scene.surroundings.background);
-        set_camera(&mut frame, &settings.camera, settings);
+        set_camera(
+            &mut frame,
+            &settings.camera,
+            settings,
+            scene.geometry.bounds(),
+        );
         Self {
             frame,
             tiling,
@@ -318,21 +324,6 @@ fn set_background(frame: &mut Frame, background: Background) {
         Background::Color(color) => (1, in_range(color).to_array()),
         Background::Transparent => (2, [0.0; 3]),
     };
-}
-
-fn set_camera(frame: &mut Frame, camera: &Camera, settings: &RenderSettings) {
-    let aspect = f64::from(settings.width) / f64::from(settings.height);
-    let (half_width, half_height) = match camera.projection {
-        Projection::Perspective { yfov, .. } => ((0.5 * yfov).tan() * aspect, (0.5 * yfov).tan()),
-        Projection::Orthographic { xmag, ymag } => {
-            let half_height = ymag.max(xmag / aspect);
-            (half_height * aspect, half_height)
-        }
-    };
-    frame.camera_position = camera.position.as_vec3().to_array();
-    frame.camera_right = (camera.right * half_width).as_vec3().to_array();
-    frame.camera_up = (camera.up * half_height).as_vec3().to_array();
-    frame.camera_forward = camera.forward.as_vec3().to_array();
 }
 
 impl Pass {

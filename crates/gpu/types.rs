@@ -28,7 +28,7 @@ pub struct EnvironmentLevel {
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct Frame {
-    pub camera_position: [f32; 3],
+    pub ray_start: [f32; 3],
     pub sample_count: u32,
     pub camera_right: [f32; 3],
     pub max_depth: u32,
@@ -36,6 +36,10 @@ pub struct Frame {
     pub light_count: u32,
     pub camera_forward: [f32; 3],
     pub min_weight: f32,
+    pub start_right: [f32; 3],
+    pub start_t: f32,
+    pub start_up: [f32; 3],
+    pub start_depth: f32,
     pub ambient: [f32; 3],
     pub triangle_count: u32,
     pub background: [f32; 3],

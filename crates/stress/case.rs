@@ -33,6 +33,8 @@ cases! {
     thin "slabs of 1e-6 of the extent, faces in one place, a pile of a hundred panes",
     shading "exponents, roughness, tangents, texture coordinates and sizes at their extremes",
     scale "our own scenes from 10^-12 to 10^12 times their size",
+    place "our own scenes moved by up to 10^9 times their extent, and a small thing anywhere on a large plane",
+    cameras "extreme fields of view, and cameras far away, on a vertex, on an edge, inside a wall",
     watertight "no ray escapes from inside a closed mesh",
     terminator "shading normals far off the facet: no light through the back, no reflected ray into it",
     self_hits "rays that leave a surface hit neither it nor miss its neighbours",

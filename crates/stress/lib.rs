@@ -15,6 +15,7 @@
 mod case;
 mod cases;
 mod documents;
+mod made;
 mod report;
 mod stage;
 
@@ -26,3 +27,9 @@ pub mod scenes;
 pub use case::{BOOK_TOLERANCE, CASES, Case, Selection, UnknownCase, run, run_beside_book};
 pub use report::{Limit, Report, Row};
 pub use stage::{Stage, StressError};
+pub(crate) fn debug_write(film: &raytree_film::Film, path: &str) {
+    let _ = film.write(
+        std::path::Path::new(path),
+        &raytree_film::WriteOptions::default(),
+    );
+}

@@ -12,7 +12,7 @@ fn aov(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index)
     layers.depth = -1.0;
     layers.material = NO_HIT;
     layers.node = NO_HIT;
-    var t_min = 0.0;
+    var t_min = ray.t_min;
     var after = NO_HIT;
     loop {
         let hit = trace(ray.origin, ray.direction, t_min, after, T_MAX, false);
@@ -22,7 +22,7 @@ fn aov(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index)
         let surface = surface_at(hit, ray.origin, ray.direction);
         if (!cut_out(surface)) {
             layers.position = surface.position;
-            layers.depth = dot(surface.position - frame.camera_position, frame.camera_forward);
+            layers.depth = frame.start_depth + dot(surface.position - frame.ray_start, frame.camera_forward);
             layers.geometric_normal = surface.ng;
             layers.shading_normal = surface.ns;
             layers.albedo = surface.base;

@@ -52,7 +52,8 @@ fn on_host() -> Vec<Layout> {
     layouts! {
         EnvironmentLevel { offset width height unused }
         Frame {
-            camera_position sample_count camera_right max_depth camera_up light_count camera_forward min_weight ambient
+            ray_start sample_count camera_right max_depth camera_up light_count camera_forward min_weight
+            start_right start_t start_up start_depth ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_count uv_offset color_offset
             tangent_offset rotation_cos rotation_sin max_rays camera_media zero tolerance environment
