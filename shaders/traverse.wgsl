@@ -72,6 +72,10 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             if (!closer || !beyond || triangle == after) {
                 continue;
             }
+            // Met in its corner, at no distance: how far its plane seems to be is rounding.
+            if (all(corners.v0 == origin) || all(corners.v1 == origin) || all(corners.v2 == origin)) {
+                continue;
+            }
             if (HAS_CULLING) {
                 if (found.back && !shadow && (entry & LEAF_CULLED) != 0u) {
                     continue;

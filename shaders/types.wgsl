@@ -19,7 +19,7 @@ struct Frame {
     camera_forward: vec3f,
     min_weight: f32,
     start_right: vec3f, // from ray_start to that of the ray at the picture's right edge; 0 for a pinhole that rays start from
-    start_t: f32, // where camera rays begin: 0, or -T_MAX where nothing lies behind the camera
+    start_t: f32, // where camera rays begin: at the camera, or -T_MAX where nothing lies behind it
     start_up: vec3f, // .. at the upper edge
     start_depth: f32, // of ray_start before the camera
     ambient: vec3f,

@@ -122,7 +122,7 @@ pub struct ViewArgs {
     pub up: Option<DVec3>,
 
     /// Its vertical field of view [default: 40].
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = values::number(0.001, 179.0), conflicts_with = "camera")]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = values::number(0.001, 179.9), conflicts_with = "camera")]
     pub fov: Option<f64>,
 }
 

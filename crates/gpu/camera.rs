@@ -13,19 +13,22 @@ use crate::{settings::RenderSettings, types::Frame};
 /// Farther than any hit; T_MAX of `shaders/math.wgsl`.
 const T_MAX: f32 = 1e30;
 
+/// Half the diagonal, at unit distance, of a field whose rays are equally long for f32: 1 / cos(NARROW) is 1 + 5e-7.
+const NARROW: f64 = 1e-3;
+
 /// Where rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Start {
     /// Distance from the camera, along its axis, of the plane that they start on.
     depth: f64,
-    /// Nothing lies behind the camera, so what lies before the plane is seen too.
-    both_ways: bool,
+    /// Where on it rays begin, as t: not before the camera, unless nothing lies behind it.
+    begin: f32,
 }
 
 impl Start {
     const AT_CAMERA: Self = Self {
         depth: 0.0,
-        both_ways: false,
+        begin: 0.0,
     };
 
     /// For a camera whose picture reaches as far as `half_diagonal` from its middle, at unit distance, and a scene with this
@@ -37,7 +40,9 @@ impl Start {
         let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
         let nearest =
             (middle - camera.position).dot(camera.forward) - half.dot(camera.forward.abs());
-        if nearest <= 0.0 {
+        // Among things, rays have to begin at the camera, at the same t for all: so its field has to be narrow.
+        let all_ahead = nearest > 0.0;
+        if !all_ahead && half_diagonal > NARROW {
             return Self::AT_CAMERA;
         }
         let to_origin = -camera.position.dot(camera.forward);
@@ -47,10 +52,8 @@ impl Start {
         let start = camera.position + depth * camera.forward;
         // In a wide field the plane's far ends are farther away than the camera is.
         if start.length() + depth * half_diagonal < camera.position.length() {
-            Self {
-                depth,
-                both_ways: true,
-            }
+            let begin = if all_ahead { -T_MAX } else { -depth as f32 };
+            Self { depth, begin }
         } else {
             Self::AT_CAMERA
         }
@@ -84,7 +87,7 @@ pub(crate) fn set_camera(
     frame.start_right = f32s(starts_spread * right);
     frame.start_up = f32s(starts_spread * up);
     frame.start_depth = start.depth as f32;
-    frame.start_t = if start.both_ways { -T_MAX } else { 0.0 };
+    frame.start_t = start.begin;
     frame.camera_right = f32s(right);
     frame.camera_up = f32s(up);
     frame.camera_forward = f32s(camera.forward);
@@ -134,6 +137,14 @@ mod tests {
             assert_eq!(f64s(frame.ray_start), beside.position.as_vec3().as_dvec3());
             assert_eq!((frame.start_right, frame.start_up), ([0.0; 3], [0.0; 3]));
         }
+    }
+
+    #[test]
+    fn rays_of_a_narrow_field_among_things_begin_at_the_camera() {
+        let frame = frame(&camera(0.4, 1e-3));
+        assert!(f64s(frame.ray_start).length() < 1e-3);
+        assert!((frame.start_t + frame.start_depth).abs() < 1e-9);
+        assert!((frame.start_depth - 0.4).abs() < 1e-3);
     }
 
     #[test]

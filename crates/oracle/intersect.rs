@@ -82,6 +82,10 @@ impl<'r> Probe<'r> {
             return None;
         }
 
+        // It meets the ray at no distance; how far its plane seems to be is rounding.
+        if corners.contains(&self.ray.origin) {
+            return None;
+        }
         let direction = self.ray.direction;
         let (e1, e2) = (corners[1] - corners[0], corners[2] - corners[0]);
         let p = direction.cross(e2);
@@ -176,6 +180,21 @@ mod tests {
                 Probe::new(&down(x, y)).intersect(&TRIANGLE, 0).is_none(),
                 "{x} {y}"
             );
+        }
+    }
+
+    #[test]
+    fn a_triangle_with_a_corner_at_the_origin_is_not_hit() {
+        let eye = Vec3::new(0.123, 0.456, 0.789);
+        let others = [Vec3::new(1.3, 0.2, -0.7), Vec3::new(0.31, -1.7, 0.9)];
+        for first in 0..3 {
+            let mut corners = [eye, others[0], others[1]];
+            corners.rotate_right(first);
+            let towards = |x: f64| Vec3::new(x.sin(), x.cos(), (3.0 * x).sin());
+            for step in 0..100 {
+                let ray = Ray::new(eye, towards(f64::from(step)));
+                assert!(Probe::new(&ray).intersect(&corners, 0).is_none());
+            }
         }
     }
 

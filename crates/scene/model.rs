@@ -49,7 +49,8 @@ pub struct Scene {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The point of the scene's bounding box that is nearest to the file's first camera: the camera itself where it is inside,
-    /// the middle of the box where there is no camera. World space, metres.
+    /// the middle of the box where there is no camera; and where that camera's field is so narrow (below 1e-3 rad) that it sees
+    /// but one spot, the point it looks at. World space, metres.
     pub origin: Place,
     /// Scene units a metre: 1 over the longest side of the scene's bounding box.
     pub scale: f64,

@@ -27,9 +27,3 @@ pub mod scenes;
 pub use case::{BOOK_TOLERANCE, CASES, Case, Selection, UnknownCase, run, run_beside_book};
 pub use report::{Limit, Report, Row};
 pub use stage::{Stage, StressError};
-pub(crate) fn debug_write(film: &raytree_film::Film, path: &str) {
-    let _ = film.write(
-        std::path::Path::new(path),
-        &raytree_film::WriteOptions::default(),
-    );
-}

@@ -73,11 +73,16 @@ impl Made {
         lens["znear"] = json!(0.1);
         let camera = json!({ "type": "perspective", "perspective": lens });
         let camera = self.push("cameras", camera);
+        self.node(Self::looking(eye, target, camera))
+    }
+
+    /// A node at `eye` with this camera, turned towards `target`.
+    pub fn looking(eye: DVec3, target: DVec3, camera: usize) -> Value {
         let backward = (eye - target).normalize();
         let right = DVec3::Y.cross(backward).normalize_or(DVec3::X);
         let axes = DMat3::from_cols(right, backward.cross(right), backward);
         let rotation = DQuat::from_mat3(&axes).to_array();
-        self.node(json!({ "camera": camera, "translation": eye.to_array(), "rotation": rotation }))
+        json!({ "camera": camera, "translation": eye.to_array(), "rotation": rotation })
     }
 
     /// Adds a node with a directional light; its index.

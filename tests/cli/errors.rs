@@ -23,7 +23,7 @@ fn usage_errors_end_with_2_and_say_what_is_allowed() {
     refused("triangle.gltf --spp 0", &["1 to 8192"]);
     refused("triangle.gltf --min-weight 1.5", &["0 to 1"]);
     refused("triangle.gltf --exposure NaN", &["-64 to 64"]);
-    refused("triangle.gltf --fov 180", &["0.001 to 179"]);
+    refused("triangle.gltf --fov 180", &["0.001 to 179.9"]);
     refused("triangle.gltf --eye 1,2", &["three numbers"]);
     refused("triangle.gltf --eye 1,2,inf", &["'inf'"]);
     refused("triangle.gltf --ambient -1", &["0 to 1000000"]);

@@ -3,11 +3,8 @@
 use glam::{DQuat, DVec3};
 use raytree_gpu::RenderSettings;
 use raytree_oracle::{Oracle, Settings};
-use raytree_scene::{
-    default_view::look_at,
-    model::{Camera, Scene},
-};
-use serde_json::json;
+use raytree_scene::model::{Camera, Scene};
+use serde_json::{Value, json};
 
 use crate::{
     documents::{Document, default_camera},
@@ -31,24 +28,34 @@ const WIDEST: f64 = 179.9;
 const FAR: f64 = 1e6;
 
 pub(crate) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
-    for name in ["cornell", "materials", "book"] {
+    for name in ["cornell", "materials", "whitted-1980"] {
         let Some(document) = own_scene(name) else {
             continue;
         };
-        fields_of_view(stage, &document)?;
+        narrowest(stage, &document)?;
         far_away(stage, &document)?;
     }
+    narrowest(stage, &room([0.35, 0.6, 0.3], 80.0, false))?;
+    let wide = room([0.35, 0.6, 0.3], WIDEST, false).import()?;
+    let camera = default_camera(&wide);
+    judge(stage, &wide, camera, &format!("room, {WIDEST} degrees"))?;
     refused(stage);
     for (where_, eye) in AWKWARD {
-        for tilted in [false, true] {
-            let scene = room(eye, tilted).import()?;
+        // On an edge that is no axis' direction no f32 place is: the camera would be beside it, and judged as such it is dull.
+        let turns: &[bool] = if where_ == "on an edge" {
+            &[false]
+        } else {
+            &[false, true]
+        };
+        for &tilted in turns {
+            let scene = room(eye, 80.0, tilted).import()?;
             let how = if tilted { ", the room tilted" } else { "" };
-            judge(
-                stage,
-                &scene,
-                default_camera(&scene),
-                &format!("camera {where_}{how}"),
-            )?;
+            let what = format!("camera {where_}{how}");
+            if tilted {
+                judge_nearby(stage, &scene, default_camera(&scene), &what)?;
+            } else {
+                judge(stage, &scene, default_camera(&scene), &what)?;
+            }
         }
     }
     Ok(())
@@ -59,28 +66,58 @@ fn own_scene(name: &str) -> Option<Document> {
     all.find(|document| document.name == name)
 }
 
-fn fields_of_view(stage: &mut Stage<'_>, document: &Document) -> Result<(), StressError> {
+/// The narrowest field, aimed at a vertex: edges run through the picture. The file's own camera is turned, as an author would.
+fn narrowest(stage: &mut Stage<'_>, document: &Document) -> Result<(), StressError> {
     let scene = document.import()?;
     let usual = default_camera(&scene);
     let Some(corner) = visible_vertex(&scene, &usual) else {
         stage.fail(&document.name, "the camera sees no vertex");
         return Ok(());
     };
-    for degrees in [NARROWEST, WIDEST] {
-        // A tenth of the field beside the vertex, so that its edges run through the picture.
-        let yfov = degrees.to_radians();
-        let beside = 0.1 * yfov.min(1.0) * corner.distance(usual.position);
-        let target = corner + beside * usual.right;
-        let camera = look_at(usual.position, target, None, yfov, "extreme");
-        match camera {
-            Ok(camera) => {
-                let what = format!("{}, {degrees} degrees, aimed at a vertex", document.name);
-                judge(stage, &scene, camera, &what)?;
-            }
-            Err(error) => stage.fail(format!("{degrees} degrees"), error.to_string()),
+    let yfov = NARROWEST.to_radians();
+    let target = beside(&scene, &usual, corner, 0.1 * yfov);
+    let [eye, target] = [usual.position, target].map(|point| scene.frame.to_world(point));
+    let scene = with_camera(document, eye, target, yfov).import()?;
+    let what = format!("{}, {NARROWEST} degrees, aimed at a vertex", document.name);
+    judge(stage, &scene, default_camera(&scene), &what)
+}
+
+/// A point this angle beside the vertex, as seen from the camera, on a surface of about the same distance.
+fn beside(scene: &Scene, camera: &Camera, vertex: DVec3, angle: f64) -> DVec3 {
+    let step = angle * vertex.distance(camera.position);
+    let sides = [camera.right, camera.up, -camera.right, -camera.up];
+    let mut points = sides.into_iter().map(|side| vertex + step * side);
+    let seen = points.find(|point| distance_along(scene, camera, *point) < 1.0 + 1e-3);
+    seen.unwrap_or(vertex)
+}
+
+/// How far one sees from the camera through the point, in distances of the point.
+fn distance_along(scene: &Scene, camera: &Camera, point: DVec3) -> f64 {
+    let way = point - camera.position;
+    let shading = Settings::new(1, 1).shading;
+    let hit = Oracle::new(scene).closest_hit(camera.position.to_array(), way.to_array(), shading);
+    hit.map_or(f64::INFINITY, |hit| hit.t)
+}
+
+/// The document seen by a camera at the root of the scene.
+fn with_camera(document: &Document, eye: DVec3, target: DVec3, yfov: f64) -> Document {
+    let mut document = document.clone();
+    for node in document.elements("nodes") {
+        if let Some(node) = node.as_object_mut() {
+            node.remove("camera");
         }
     }
-    Ok(())
+    for camera in document.elements("cameras") {
+        *camera = json!({ "type": "perspective", "perspective": { "yfov": yfov, "znear": 0.1 } });
+    }
+    let roots = document.json["scenes"][0]["nodes"].take();
+    let mut roots: Vec<Value> = roots.as_array().cloned().unwrap_or_default();
+    roots.push(json!(document.elements("nodes").len()));
+    document.json["scenes"][0]["nodes"] = roots.into();
+    if let Some(nodes) = document.json["nodes"].as_array_mut() {
+        nodes.push(Made::looking(eye, target, 0));
+    }
+    document
 }
 
 /// The vertex that the camera sees nearest to the middle of its picture.
@@ -137,9 +174,6 @@ fn judge(
     let film = stage.render(scene, &settings)?.film;
     let judged = judge_picture(scene, &settings, &film, TOLERANCE);
     let colours = colours(&judged.theirs.radiance);
-    if let Ok(folder) = std::env::var("SCALE_PICTURES") {
-        crate::debug_write(&film, &format!("{folder}/{what}.png"));
-    }
     stage.record_with(
         format!("{what}: pixels off the oracle's by {TOLERANCE} on no edge"),
         judged.unexplained.len() as f64,
@@ -148,6 +182,37 @@ fn judge(
             "{} on edges; the picture has {colours} colours",
             judged.outliers.len() - judged.unexplained.len()
         ),
+    );
+    Ok(())
+}
+
+/// Rounding puts the camera before or behind faces whose planes, turned, it lies in: the picture has to be that of some place
+/// within this distance, scene space, of f32's roundings. The whole picture, of one place.
+const NEARBY: f64 = 2e-7;
+
+fn judge_nearby(
+    stage: &mut Stage<'_>,
+    scene: &Scene,
+    camera: Camera,
+    what: &str,
+) -> Result<(), StressError> {
+    let settings = RenderSettings::new(SIZE.0, SIZE.1, camera);
+    let film = stage.render(scene, &settings)?.film;
+    let places = (0..27).map(|k| {
+        let step = |power: u32| f64::from(k / 3_i32.pow(power) % 3 - 1);
+        NEARBY * DVec3::new(step(0), step(1), step(2))
+    });
+    let fewest = places.map(|shift| {
+        let mut settings = settings.clone();
+        settings.camera.position += shift;
+        judge_picture(scene, &settings, &film, TOLERANCE)
+            .unexplained
+            .len()
+    });
+    stage.record(
+        format!("{what}: pixels off the oracle's from a place within {NEARBY:e}"),
+        fewest.min().map_or(f64::NAN, |fewest| fewest as f64),
+        Limit::AtMost(0.0),
     );
     Ok(())
 }
@@ -170,23 +235,26 @@ fn refused(stage: &mut Stage<'_>) {
         (0.0, 1.0, "xmag is 0"),
         (1.0, 0.0, "ymag is 0"),
     ] {
-        let mut document = room([0.5; 3], false);
-        for camera in document.elements("cameras") {
-            *camera = json!({ "type": "orthographic", "orthographic": { "xmag": xmag, "ymag": ymag, "znear": 0.1, "zfar": 9.0 } });
-        }
-        let (accepted, said) = match document.import() {
-            Ok(_) => (1.0, "it was accepted".to_owned()),
-            Err(error) => (
-                f64::from(u8::from(!error.to_string().contains(named))),
-                last_words(&error),
-            ),
-        };
+        let (refused, said) = is_refused(xmag, ymag, named);
         stage.record_with(
             format!("orthographic of {xmag} x {ymag}: not refused by name"),
-            accepted,
+            f64::from(u8::from(!refused)),
             Limit::AtMost(0.0),
             said,
         );
+    }
+}
+
+/// Is a parallel view of this size refused with an error that says `named`? And what was said.
+fn is_refused(xmag: f64, ymag: f64, named: &str) -> (bool, String) {
+    let mut document = room([0.5; 3], 80.0, false);
+    let lens = json!({ "xmag": xmag, "ymag": ymag, "znear": 0.1, "zfar": 9.0 });
+    for camera in document.elements("cameras") {
+        *camera = json!({ "type": "orthographic", "orthographic": lens });
+    }
+    match document.import() {
+        Ok(_) => (false, "it was accepted".to_owned()),
+        Err(error) => (error.to_string().contains(named), last_words(&error)),
     }
 }
 
@@ -199,49 +267,38 @@ fn last_words(error: &StressError) -> String {
         .to_owned()
 }
 
-/// Places in the room, whose inside is the unit cube and whose walls are a tenth thick.
+/// Places in the room, whose inside is the unit cube and whose walls are an eighth thick; in f32 too.
 const AWKWARD: [(&str, [f64; 3]); 5] = [
     ("on a vertex", [0.0, 0.0, 0.0]),
     ("on an edge", [0.0, 0.0, 0.3]),
     ("in the plane of a face", [0.4, 0.0, 0.3]),
     ("inside a wall", [0.4, -0.05, 0.3]),
-    ("on an outer vertex", [1.1, 1.1, 1.1]),
+    ("on an outer vertex", [1.125, 1.125, 1.125]),
 ];
 
-/// A room of six boxes around the unit cube, each of its colour, with a lamp and a camera that looks at a box near its middle.
-fn room(eye: [f64; 3], tilted: bool) -> Document {
+/// A room with thick walls: inwards the unit cube, each side of its own colour, outwards a larger one; with a lamp, and a camera
+/// that looks at a box near its middle.
+fn room(eye: [f64; 3], degrees: f64, tilted: bool) -> Document {
     let mut made = Made::default();
-    let (low, high) = (-0.1, 1.1);
-    let slabs = [
-        ([low, low, low], [0.0, high, high]),
-        ([1.0, low, low], [high, high, high]),
-        ([0.0, low, low], [1.0, 0.0, high]),
-        ([0.0, 1.0, low], [1.0, high, high]),
-        ([0.0, 0.0, low], [1.0, 1.0, 0.0]),
-        ([0.0, 0.0, 1.0], [1.0, 1.0, high]),
-        ([0.55, 0.4, 0.5], [0.7, 0.7, 0.65]),
-    ];
+    let inwards = Made::cuboid([0.0; 3], [1.0; 3]).map(|[a, b, c, d]| vec![[d, c, b, a]]);
+    let outwards = Made::cuboid([-0.125; 3], [1.125; 3]).to_vec();
+    let block = Made::cuboid([0.55, 0.4, 0.5], [0.7, 0.7, 0.65]).to_vec();
+    let parts = inwards.into_iter().chain([outwards, block]);
     let mut children = Vec::new();
-    for (number, (min, max)) in (0_u32..).zip(slabs) {
-        let channel = |bit: u32| {
-            if ((number + 1) >> bit) & 1 == 0 {
-                0.25
-            } else {
-                0.8
-            }
-        };
+    for (number, quads) in (1_u32..).zip(parts) {
+        let channel = |bit: u32| if (number >> bit) & 1 == 0 { 0.25 } else { 0.8 };
         let color = [channel(0), channel(1), channel(2), 1.0];
         let material = made.material(json!({ "pbrMetallicRoughness": {
             "baseColorFactor": color, "metallicFactor": 0.0, "roughnessFactor": 1.0
         }}));
-        let mesh = made.mesh(&Made::cuboid(min, max), material);
+        let mesh = made.mesh(&quads, material);
         children.push(made.node(json!({ "mesh": mesh })));
     }
     children.push(made.lamp(DVec3::new(0.35, 0.8, 0.45), 0.8));
     children.push(made.camera(
         eye.into(),
         DVec3::new(0.6, 0.5, 0.55),
-        json!({ "yfov": 1.4 }),
+        json!({ "yfov": degrees.to_radians() }),
     ));
     let turn = if tilted {
         DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, -0.7)
@@ -250,4 +307,32 @@ fn room(eye: [f64; 3], tilted: bool) -> Document {
     };
     let root = made.node(json!({ "rotation": turn.to_array(), "children": children }));
     made.document("room", &[root])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_are_told_apart() {
+        assert_eq!(colours(&[]), 0);
+        assert_eq!(colours(&[[0.5; 3], [0.5001; 3], [0.5, 0.5, 0.6]]), 2);
+    }
+
+    #[test]
+    fn a_view_without_size_is_refused_by_name_and_no_other_is() {
+        assert!(!is_refused(1.0, 1.0, "mag").0);
+        assert!(is_refused(1.0, 0.0, "ymag is 0").0);
+        assert!(!is_refused(1.0, 0.0, "xmag is 0").0);
+    }
+
+    #[test]
+    fn a_visible_vertex_is_one() {
+        let scene = room([0.35, 0.6, 0.3], 80.0, false).import().unwrap();
+        let camera = default_camera(&scene);
+        let vertex = visible_vertex(&scene, &camera).unwrap();
+        let positions = scene.geometry.positions.iter();
+        assert!(positions.map(|v| v.as_dvec3()).any(|v| v == vertex));
+        assert!((vertex - camera.position).normalize().dot(camera.forward) > 0.9);
+    }
 }
