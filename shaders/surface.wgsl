@@ -4,7 +4,8 @@ struct Surface {
     triangle: u32,
     position: vec3f,
     position_error: vec3f, // bound of how far off the triangle's plane `position` and a moved origin are, for each axis
-    outline_error: f32, // .. and of how far the triangle's edges may seem to lie beside where they are
+    edge_distance: f32, // from the nearest edge of the triangle
+    edge_error: f32, // bound of how far the triangle's edges may seem to lie beside where they are
     ng: vec3f, // geometric normal, towards the viewer
     ns: vec3f, // shading normal, dot(ns, wo) > 0
     wo: vec3f, // towards the viewer
@@ -118,11 +119,9 @@ fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) ->
 // What the edges of a triangle do to a ray that leaves it.
 struct Edges {
     inwards: vec3f, // how to move the point off the edges
-    outline_error: f32, // .. and how far to lift it over them
+    distance: f32, // of the moved point from the nearest one
+    error: f32, // how far beside where they are they may seem to lie
 }
-
-// The flattest angle to a facet at which rays leave that have to be right, radians.
-const LEAST_ANGLE: f32 = 1e-4;
 
 // For the point with these weights.
 //
@@ -131,9 +130,8 @@ const LEAST_ANGLE: f32 = 1e-4;
 // corner. Straight away from the edges, but in a sharp corner the ways from its two edges nearly cancel: there, a little
 // towards the middle.
 //
-// Up: a ray that crosses the edge to a neighbour must pass above it by more than the edge may seem to lie beside where it is: its
-// corners as the traversal sees them, relative to the origin (1 rounding) and sheared by a quotient (3), in two triangles.
-// Far from the edges even the flattest ray has risen by then.
+// An edge seems to lie aside by its corners as the traversal sees them: relative to the origin (1 rounding) and sheared by a
+// quotient (3), in two triangles.
 fn edges_at(uv: vec2f, v0: vec3f, e1: vec3f, e2: vec3f, normal: vec3f) -> Edges {
     let twice_area = dot(normal, cross(e1, e2));
     let lengths = max(vec3f(length(e2 - e1), length(e2), length(e1)), vec3f(1e-30));
@@ -143,9 +141,10 @@ fn edges_at(uv: vec2f, v0: vec3f, e1: vec3f, e2: vec3f, normal: vec3f) -> Edges 
     let push = lacking / lengths;
     let away = cross(normal, push.x * (e2 - e1) - push.y * e2 + push.z * e1);
     let middle = (e1 + e2) / 3.0 - (uv.x * e1 + uv.y * e2);
-    let share = min(8.0 * max_component(lacking) / max(length(middle), 1e-30), 0.5);
+    let of_corner = max(min(lacking.x, lacking.y), min(max(lacking.x, lacking.y), lacking.z)); // the second largest
+    let share = min(8.0 * of_corner / max(length(middle), 1e-30), 0.5);
     let nearest = min(distances.x, min(distances.y, distances.z));
-    return Edges(away + share * middle, max(gamma(8.0) * lengths.x - LEAST_ANGLE * nearest, 0.0));
+    return Edges(away + share * middle, max(nearest, reach), gamma(8.0) * lengths.x);
 }
 
 // Where the ray meets the plane through v0: exact to the last digits where the camera is close to a triangle whose corners
@@ -177,7 +176,8 @@ fn place_along_ray(origin: vec3f, direction: vec3f, v0: vec3f, normal: vec3f, sl
 struct Point {
     position: vec3f,
     plane_error: vec3f, // Surface.position_error
-    outline_error: f32,
+    edge_distance: f32,
+    edge_error: f32,
 }
 
 fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Vertices, normal: vec3f) -> Point {
@@ -195,9 +195,9 @@ fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Ver
     let place = place_along_ray(origin, direction, corners.v0, normal, slope);
     // Only where it is far better: the other point never lies beyond the triangle's edges.
     if (8.0 * dot(place.error, vec3f(1.0)) < dot(error, vec3f(1.0))) {
-        return Point(place.position, place.plane_error, edges.outline_error);
+        return Point(place.position, place.plane_error, edges.distance, edges.error);
     }
-    return Point(position, error, edges.outline_error);
+    return Point(position, error, edges.distance, edges.error);
 }
 
 // Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
@@ -227,7 +227,8 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
         let point = point_at(origin, direction, slope, uv, positions, positions.normal);
         surface.position = point.position;
         surface.position_error = point.plane_error;
-        surface.outline_error = point.outline_error;
+        surface.edge_distance = point.edge_distance;
+        surface.edge_error = point.edge_error;
     } else {
         surface.position = origin + hit.t * direction;
     }
@@ -287,6 +288,9 @@ fn cut_out(surface: Surface) -> bool {
     return false;
 }
 
+// The flattest angle to a facet at which rays are lifted over its edges for certain, radians.
+const LEAST_ANGLE: f32 = 1e-4;
+
 // The start of a ray that leaves the surface to the side of `ng` that `direction` points to: the hit point moved along the
 // geometric normal by the bound of its own error (pbrt 4ed, 6.8.6). The triangle itself is left out of the ray's traversal
 // (WorkItem.after), so this is for its neighbours. Moving it further than needed is an error too: what a curved mirror or a
@@ -295,7 +299,11 @@ fn spawn_origin(surface: Surface, direction: vec3f) -> vec3f {
     if (!HAS_ERROR_BOUNDS) {
         return surface.position;
     }
-    let distance = dot(abs(surface.ng), surface.position_error) + surface.outline_error;
-    let side = select(-1.0, 1.0, dot(direction, surface.ng) >= 0.0);
+    let height = dot(direction, surface.ng);
+    // Where the ray crosses the edge to a neighbour that falls away it must be above it by more than that may seem to lie aside,
+    // or it hits the neighbour's far end. Only flat rays have not risen by then.
+    let lift = max(surface.edge_error - max(abs(height), LEAST_ANGLE) * surface.edge_distance, 0.0);
+    let distance = dot(abs(surface.ng), surface.position_error) + lift;
+    let side = select(-1.0, 1.0, height >= 0.0);
     return surface.position + side * distance * surface.ng;
 }

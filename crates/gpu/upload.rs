@@ -471,3 +471,53 @@ fn light(source: &SceneLight) -> Light {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NEEDLE: [Vec3; 3] = [
+        Vec3::new(0.1, 0.2, 0.3),
+        Vec3::new(0.9, 0.7, 0.8),
+        Vec3::new(0.9, 0.7, 0.800_01),
+    ];
+
+    fn geometry() -> Geometry {
+        Geometry {
+            positions: NEEDLE.to_vec(),
+            ..Geometry::default()
+        }
+    }
+
+    /// The longest edge is that from 0 to 2, whatever the triangle begins with.
+    #[test]
+    fn a_triangle_begins_opposite_to_its_longest_edge() {
+        for turn in 0..3 {
+            let vertices = [0, 1, 2].map(|k| (k + turn) % 3);
+            assert_eq!(turned(&geometry(), vertices), [1, 2, 0]);
+        }
+        assert_eq!(first_corner([Vec3::ZERO; 3]), 0);
+    }
+
+    /// Its short edge runs along z: the normal lies across that, and across the long edge.
+    #[test]
+    fn a_sliver_has_the_normal_that_its_corners_give_it() {
+        let normal = geometric_normal(&geometry(), [0, 1, 2]).map(f64::from);
+        let long = NEEDLE[1].as_dvec3() - NEEDLE[0].as_dvec3();
+        let across = long.x.hypot(long.y);
+        for (ours, expected) in normal
+            .into_iter()
+            .zip([long.y / across, -long.x / across, 0.0])
+        {
+            assert!((ours - expected).abs() < 1e-7, "{normal:?}");
+        }
+        assert_eq!(geometric_normal(&geometry(), [0, 1, 1]), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_tiny_triangle_has_a_normal() {
+        let mut geometry = geometry();
+        geometry.positions = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| 1e-30 * p).to_vec();
+        assert_eq!(geometric_normal(&geometry, [0, 1, 2]), [0.0, 0.0, 1.0]);
+    }
+}

@@ -55,6 +55,15 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    /// A count as a figure: none where no ray left anything.
+    pub(super) fn of_pairs(&self, count: usize) -> f64 {
+        if self.pairs == 0 {
+            f64::NAN
+        } else {
+            count as f64
+        }
+    }
+
     fn add(&mut self, other: Self) {
         self.rays += other.rays;
         self.pairs += other.pairs;
@@ -228,12 +237,14 @@ impl<'s> Judge<'s> {
             .flatten()
             .map(|triangle| self.blur(triangle, vec(hit.origin)))
             .fold(0.0, f64::max);
-        let excused = self.starts(departure, hit).into_iter().any(|start| {
-            like_ours(start)
-                || self
-                    .shifts(departure, hit, start, blur)
-                    .any(|shift| self.is_free(start, shift) && like_ours(start + shift))
-        });
+        let starts = self.starts(departure, hit);
+        let passes_outlines = |&start: &DVec3| {
+            self.shifts(departure, hit, start, blur)
+                .any(|shift| self.is_free(start, shift) && like_ours(start + shift))
+        };
+        // Outlines as seen from the likeliest places alone: what is not excused has to be tried in full.
+        let excused = starts.iter().any(|&start| like_ours(start))
+            || starts.iter().take(3).any(passes_outlines);
         if excused {
             Verdict::Beside
         } else if ours.is_some() && theirs.is_none_or(|theirs| f64::from(hit.t) < theirs.t) {
@@ -272,7 +283,7 @@ impl<'s> Judge<'s> {
     }
 
     /// Where else the ray may start: on the facet within the bound, below the device's own start too, and at the device's own
-    /// height above it. Never beyond the facet's edges: a neighbour there would be behind the ray.
+    /// height above it; the likeliest first. Never beyond the facet's edges: a neighbour there would be behind the ray.
     fn starts(&self, departure: &Departure, hit: &SecondaryHit) -> Vec<DVec3> {
         let &Departure {
             point,
@@ -291,13 +302,12 @@ impl<'s> Judge<'s> {
                 closest_of_triangle(corners, point + bound * radius * (cos * right + sin * up))
             })
         });
-        let mut starts: Vec<DVec3> = ring
-            .chain([below, closest_of_triangle(corners, point)])
-            .map(|place| Self::start(departure, place))
-            .collect();
-        if height >= 0.0 {
-            starts.push(below + height * normal);
-        }
+        let lifted = (height >= 0.0).then_some(below + height * normal);
+        let in_plane = [below, closest_of_triangle(corners, point)]
+            .into_iter()
+            .chain(ring)
+            .map(|place| Self::start(departure, place));
+        let mut starts: Vec<DVec3> = lifted.into_iter().chain(in_plane).collect();
         starts.retain(|start| start.distance(point) <= 1.001 * bound);
         starts
     }

@@ -135,3 +135,8 @@ fn a_direction_into_the_facet_is_noticed() {
     }
     assert_eq!(tally.wrong_side, tally.pairs);
 }
+
+#[test]
+fn nothing_that_leaves_is_no_figure() {
+    assert!(Tally::default().of_pairs(0).is_nan());
+}

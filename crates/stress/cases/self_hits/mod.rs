@@ -86,14 +86,14 @@ fn judge_scene(
         ),
     };
     let none = Limit::AtMost(0.0);
-    let count = tally.false_hits as f64;
+    let count = tally.of_pairs(tally.false_hits);
     stage.record_with(
         format!("false hits: {name}"),
         count,
         none,
         note(&tally.first_false),
     );
-    let count = tally.missed as f64;
+    let count = tally.of_pairs(tally.missed);
     stage.record_with(
         format!("missed neighbours: {name}"),
         count,
@@ -102,7 +102,7 @@ fn judge_scene(
     );
     stage.record_with(
         format!("start of a ray, off in bounds of its error: {name}"),
-        tally.start,
+        tally.start + tally.of_pairs(0),
         Limit::AtMost(1.0),
         tally.farthest_start.clone().unwrap_or_default(),
     );
