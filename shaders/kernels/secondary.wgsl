@@ -23,7 +23,7 @@ fn secondary(@builtin(global_invocation_id) invocation: vec3u) {
     var found: SecondaryHit;
     found.triangle = NO_HIT;
     found.next_triangle = NO_HIT;
-    var ray = Ray(given.origin, given.direction);
+    var ray = Ray(given.origin, given.direction, 0.0);
     // One loop with one call of `trace`: first the given ray, then the one that leaves.
     loop {
         let hit = trace(ray.origin, ray.direction, 0.0, found.triangle, T_MAX, false);
@@ -37,7 +37,7 @@ fn secondary(@builtin(global_invocation_id) invocation: vec3u) {
         }
         let surface = surface_at(hit, ray.origin, ray.direction);
         let direction = leaving_direction(given, surface);
-        ray = Ray(spawn_origin(surface, direction), direction);
+        ray = Ray(spawn_origin(surface, direction), direction, 0.0);
         found.position = surface.position;
         found.triangle = surface.triangle;
         found.origin = ray.origin;
