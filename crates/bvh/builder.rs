@@ -11,7 +11,7 @@ use obvhs::{
     triangle::Triangle,
 };
 
-use crate::{Bvh, Node, median};
+use crate::{Bvh, Node, coincident::Groups, median};
 
 /// How much time to spend on building for faster traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,8 +45,8 @@ pub enum BvhError {
 /// double them.
 const TRIANGLE_LIMIT: usize = (1 << 29) - 1;
 
-/// The deepest binary tree that is collapsed into a wide one. Agglomeration makes chains of triangles that lie in one
-/// place (714 levels for 5,000); those are split at the median instead, which gives at most 29 levels. Three binary
+/// The deepest binary tree that is collapsed into a wide one. Agglomeration makes chains of triangles that lie in
+/// almost one place; those are split at the median instead, which gives at most 29 levels. Three binary
 /// levels make about one wide level, so the traversal stack stays below [`crate::DEPTH_LIMIT`].
 const BINARY_DEPTH_LIMIT: u32 = 64;
 
@@ -106,16 +106,27 @@ fn agglomerate(triangles: &[Triangle], preset: Preset) -> Bvh2 {
         let largest = areas().fold(0.0, f32::max);
         split_aabbs_preset(&mut boxes, &mut indices, triangles, average, largest);
     }
+    let groups = Groups::of(&boxes, &indices);
+    let (boxes, indices) = match &groups {
+        Some(groups) => (
+            groups.boxes.as_slice(),
+            (0..groups.boxes.len() as u32).collect(),
+        ),
+        None => (boxes.as_slice(), indices),
+    };
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
-        &boxes,
+        boxes,
         indices,
         parameters.sort_precision,
         parameters.search_depth_threshold,
     );
     binary.uses_spatial_splits = parameters.pre_split;
     ReinsertionOptimizer::default().run(&mut binary, parameters.reinsertion_batch_ratio, None);
-    binary
+    match groups {
+        Some(groups) => groups.expanded(binary),
+        None => binary,
+    }
 }
 
 /// Levels of a binary tree; the root is 1.

@@ -6,6 +6,7 @@
 
 mod builder;
 mod check;
+mod coincident;
 mod median;
 
 pub use builder::{BvhError, Preset, build};
