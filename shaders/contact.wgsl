@@ -131,3 +131,32 @@ fn cross_contact(stack: vec2u) -> Crossing {
     }
     return crossing_between(stack, through, crossed, full);
 }
+
+// Where a dispatch ends while faces are gathered, they are kept beside the suspended traversal.
+fn store_contact() {
+    let hit = contact.hit;
+    ray_stack[suspended_word(2u)] = vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back));
+    ray_stack[suspended_word(3u)] = vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height));
+    ray_stack[suspended_word(4u)] = vec4u(bitcast<vec3u>(contact.normal), bitcast<u32>(contact.reach));
+    ray_stack[suspended_word(5u)] = vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined));
+    ray_stack[suspended_word(6u)] = vec4u(contact.left, contact.entered);
+}
+
+fn load_contact() {
+    let hit = ray_stack[suspended_word(2u)];
+    let first = ray_stack[suspended_word(3u)];
+    let plane = ray_stack[suspended_word(4u)];
+    let last = ray_stack[suspended_word(5u)];
+    let sides = ray_stack[suspended_word(6u)];
+    contact.hit = Hit(bitcast<f32>(hit.x), hit.y, hit.z, hit.w != 0u);
+    contact.position = bitcast<vec3f>(first.xyz);
+    contact.height = bitcast<f32>(first.w);
+    contact.normal = bitcast<vec3f>(plane.xyz);
+    contact.reach = bitcast<f32>(plane.w);
+    contact.t = bitcast<f32>(last.x);
+    contact.triangle = last.y;
+    contact.faces = last.z;
+    contact.joined = last.w != 0u;
+    contact.left = sides.xy;
+    contact.entered = sides.zw;
+}

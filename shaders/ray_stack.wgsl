@@ -28,6 +28,13 @@ var<private> pending: u32; // items on this slot's stack
 
 const ITEM_WORDS: u32 = 4u; // vec4u each
 
+// Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray that a
+// dispatch ends at. Above them, in a program with long rays, lies that ray's traversal.
+const EXTRA_ITEMS: u32 = 2u;
+
+// Words of a suspended traversal before its stack, a vec4u for each entry: hit and place, then faces in contact.
+const SUSPENDED_HEAD: u32 = 7u;
+
 // Lanes lie side by side, so that a vector of them reads one run of memory.
 fn item_address(slot: u32, level: u32, word: u32) -> u32 {
     return (level * ITEM_WORDS + word) * frame.slot_count + slot;

@@ -9,6 +9,16 @@ var<private> rays: u32;
 // Rays of the current sample's tree that went to its common half of `max_rays` so far.
 var<private> common_rays: u32;
 
+// Iterations of all loops but those of traversal, about: what a ray takes at least, and the lights that are looked at.
+var<private> other_steps: u32;
+const RAY_STEPS: u32 = 48u;
+
+// By how much a ray may exceed the budget before its own traversal is suspended.
+const SUSPEND_BEYOND: u32 = 2048u;
+
+// Lights that are looked at in one go: there may be many that add nothing.
+const LIGHTS_AT_ONCE: u32 = 512u;
+
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     let ray = camera_ray(pixel, sample_offset(sample));
     var item: WorkItem;
@@ -189,6 +199,14 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: 
 fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, made: Interface) -> WorkItem {
     var next = item;
     for (var k = item.light; k < frame.light_count; k++) {
+        if (HAS_MANY_LIGHTS) {
+            if (k - item.light >= LIGHTS_AT_ONCE) {
+                next.light = k;
+                push(slot, next);
+                return next;
+            }
+        }
+        other_steps += 1u;
         let light = sample_light(k, surface.position);
         if (dot(surface.ns, light.direction) <= 0.0 || dot(surface.ng, light.direction) <= 0.0) {
             continue;
@@ -277,7 +295,18 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
     var has_item = false;
     var gathering = false;
     var finished = false;
-    pending = slots[slot].stack_height;
+    if (HAS_LONG_RAYS) {
+        traversal_slot = slot;
+        suspend_at = frame.step_budget + SUSPEND_BEYOND;
+        suspended = slots[slot].stack_height > STACK_HEIGHT;
+        if (HAS_CONTACT) {
+            gathering = (slots[slot].stack_height & SUSPENDED_CONTACT) != 0u;
+            if (gathering) {
+                load_contact();
+            }
+        }
+    }
+    pending = slots[slot].stack_height & STACK_HEIGHT;
     radiance = slots[slot].radiance;
     rays = slots[slot].rays;
     common_rays = slots[slot].common_rays;
@@ -293,11 +322,12 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 break;
             }
         }
-        // Not while faces in contact are gathered: what was found of them is not kept.
-        if (node_visits + triangle_tests >= frame.step_budget && !gathering) {
+        // Not while faces in contact are gathered: what was found of them is kept where a traversal is suspended, else not.
+        if (node_visits + triangle_tests + other_steps >= frame.step_budget && !gathering) {
             push(slot, item);
             break;
         }
+        other_steps += RAY_STEPS;
         has_item = false;
         var hit = item.hit;
         if (item.kind != LIGHTS) {
@@ -312,6 +342,12 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
                 }
             }
             hit = trace(item.origin, item.direction, t_min, after, t_max, item.kind == SHADOW);
+            if (HAS_LONG_RAYS) {
+                if (suspended) {
+                    push(slot, item);
+                    break;
+                }
+            }
             if (HAS_CONTACT) {
                 var medium = 0u;
                 if (hit.triangle != NO_HIT) {
@@ -398,6 +434,15 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             }
         }
     }
-    slots[slot] = Slot(radiance, pending, next_sample, rays, common_rays);
+    var suspended_in = 0u;
+    if (HAS_LONG_RAYS) {
+        suspended_in = select(0u, select(SUSPENDED_TRAVERSAL, SUSPENDED_CONTACT, gathering), suspended);
+        if (HAS_CONTACT) {
+            if (suspended_in == SUSPENDED_CONTACT) {
+                store_contact();
+            }
+        }
+    }
+    slots[slot] = Slot(radiance, pending | suspended_in, next_sample, rays, common_rays);
     return finished;
 }

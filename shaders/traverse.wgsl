@@ -6,6 +6,21 @@ var<private> triangle_tests: u32;
 
 const NODE_WORDS: u32 = 5u;
 
+// Where node visits and triangle tests of this dispatch end, in the midst of a ray if need be: what the ray has found and what it
+// has still to visit is left in `ray_stack`, and the next dispatch goes on with it.
+var<private> suspend_at: u32 = 0xffffffffu;
+var<private> suspended: bool; // the ray last traced, which is also the next
+var<private> traversal_slot: u32; // whose storage it is
+
+fn suspended_word(word: u32) -> u32 {
+    return ((frame.stack_capacity + EXTRA_ITEMS) * ITEM_WORDS + word) * frame.slot_count + traversal_slot;
+}
+
+fn store_traversal(hit: Hit, group: vec2u, height: u32) {
+    ray_stack[suspended_word(0u)] = vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back));
+    ray_stack[suspended_word(1u)] = vec4u(group, height, 0u);
+}
+
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
 // `left` itself, the one that the ray has just left: a plane is met once. Nor anything at t = 0: on a plane whose points have
 // no error the origin was not moved, and its neighbour in that plane has been left as well. Of hits at equal t the lowest
@@ -32,7 +47,30 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var height = 0u;
     // A group: (first child, bits of children still to visit in the upper byte | which children are inner nodes).
     var group = vec2u(0u, 0x80000000u);
+    if (HAS_LONG_RAYS) {
+        if (suspended) {
+            let found = ray_stack[suspended_word(0u)];
+            let place = ray_stack[suspended_word(1u)];
+            hit = Hit(bitcast<f32>(found.x), found.y, found.z, found.w != 0u);
+            group = place.xy;
+            height = place.z;
+            for (var k = 0u; k < height; k++) {
+                stack[k] = ray_stack[suspended_word(SUSPENDED_HEAD + k)].xy;
+            }
+            suspended = false;
+        }
+    }
     loop {
+        if (HAS_LONG_RAYS) {
+            if (node_visits + triangle_tests >= suspend_at) {
+                store_traversal(hit, group, height);
+                for (var k = 0u; k < height; k++) {
+                    ray_stack[suspended_word(SUSPENDED_HEAD + k)] = vec4u(stack[k], 0u, 0u);
+                }
+                suspended = true;
+                break;
+            }
+        }
         // Take the next node of the group; keep what remains of the group for later.
         let bit = firstLeadingBit(group.y);
         let which_inner = group.y & 0xffu;

@@ -35,7 +35,7 @@ struct Frame {
     tile_stride: u32, // coprime to tile_count: workgroup g renders tile first_tile + g * tile_stride mod tile_count
     slot_count: u32, // 64 * tile_count
     stack_capacity: u32, // work items a slot
-    step_budget: u32, // node visits and triangle tests an invocation, after which it leaves the rest to the next dispatch
+    step_budget: u32, // loop iterations of an invocation after which it leaves further rays to the next dispatch
     vertex_count: u32,
     uv_offset: u32, // where in `attributes` the uv sets begin, in floats
     color_offset: u32,
@@ -168,11 +168,16 @@ struct Medium {
 // A pixel's progress between dispatches.
 struct Slot {
     radiance: vec4f, // sum over the samples; alpha in w
-    stack_height: u32, // pending work items
+    stack_height: u32, // pending work items; SUSPENDED_* in the upper bits
     next_sample: u32,
     rays: u32, // traced so far, of all kinds
     common_rays: u32, // of the current sample's tree, see ray_tree.wgsl
 }
+
+// Where in a ray the last dispatch ended, if in the midst of one.
+const SUSPENDED_TRAVERSAL: u32 = 0x40000000u;
+const SUSPENDED_CONTACT: u32 = 0x80000000u; // .. while faces in contact are gathered
+const STACK_HEIGHT: u32 = 0x3fffffffu;
 
 // What the probe kernel traces, and what it finds.
 struct ProbeRay {

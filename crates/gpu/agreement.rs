@@ -5,6 +5,7 @@ use naga::{Expression, Literal, Module};
 use crate::{
     batch::TILE_PIXELS,
     pass::ITEM_BYTES,
+    render::{EXTRA_ITEMS, SUSPENDED_HEAD},
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
     upload,
@@ -45,6 +46,12 @@ fn the_largest_radiance_is_the_same() {
         matches!(value, Expression::Literal(Literal::F32(x)) if *x == upload::LARGEST_RADIANCE),
         "{value:?}"
     );
+}
+
+#[test]
+fn a_slot_has_room_for_what_a_dispatch_leaves() {
+    assert_eq!(constant(&shaders(), "EXTRA_ITEMS"), EXTRA_ITEMS);
+    assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
 }
 
 #[test]

@@ -25,8 +25,8 @@ pub(crate) const ITEM_BYTES: u64 = 64;
 pub(crate) struct Work<'a> {
     /// Pixels or rays.
     pub(crate) slots: u32,
-    /// Work items a slot.
-    pub(crate) stack_items: u32,
+    /// What a slot's share of the ray stack takes.
+    pub(crate) slot_bytes: u64,
     /// Offsets from the middle of a pixel.
     pub(crate) samples: &'a [[f32; 2]],
 }
@@ -81,8 +81,12 @@ impl Pass {
                     buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?
                 }
                 "ray_stack" => {
-                    let size = slots * u64::from(work.stack_items) * ITEM_BYTES;
-                    buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
+                    buffers.reserve(
+                        device,
+                        name,
+                        slots * work.slot_bytes,
+                        BufferUsages::STORAGE,
+                    )?;
                 }
                 "counters" => buffers.reserve(device, name, 4 * COUNTERS as u64, readable)?,
                 "aovs" => {

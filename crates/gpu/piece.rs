@@ -88,7 +88,7 @@ pub fn evaluate(
     let gpu_scene = GpuScene::new(scene, &bvh, features, settings.shading)?;
     let work = Work {
         slots: calls.len().min(BATCH) as u32,
-        stack_items: 0,
+        slot_bytes: 0,
         samples: &[],
     };
     let pass = Pass::new(

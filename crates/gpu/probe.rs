@@ -141,6 +141,7 @@ impl<'d> Bulk<'d> {
     ) -> Result<Self, RenderError> {
         let features = features
             .with(Feature::Counters, false)
+            .with(Feature::LongRays, false)
             .with_numerics(numerics);
         let shading = if features.has(Feature::Whitted) {
             Shading::Whitted
@@ -150,7 +151,7 @@ impl<'d> Bulk<'d> {
         let gpu_scene = GpuScene::new(scene, bvh, features, shading)?;
         let work = Work {
             slots: BATCH as u32,
-            stack_items: 0,
+            slot_bytes: 0,
             samples: &[],
         };
         let limits = Limits::for_depth(bvh.depth);

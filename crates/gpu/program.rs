@@ -88,6 +88,7 @@ features! {
     ManyLights "HAS_MANY_LIGHTS" "more than one light",
     Environment "HAS_ENVIRONMENT" "environment map",
     Whitted "HAS_WHITTED" "the book's shading model",
+    LongRays "HAS_LONG_RAYS" "rays that take several dispatches",
     Counters "HAS_COUNTERS" "counters",
     Watertight "HAS_WATERTIGHT" "watertight triangles",
     PaddedBoxes "HAS_PADDED_BOXES" "padded boxes",
@@ -143,6 +144,7 @@ impl ProgramFeatures {
             .with(Feature::ManyLights, scene.lights > 1)
             .with(Feature::Environment, scene.environment)
             .with(Feature::Whitted, whitted)
+            .with(Feature::LongRays, scene.many_triangles)
             .with(Feature::Counters, settings.counters)
             .with_numerics(settings.numerics)
     }

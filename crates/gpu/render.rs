@@ -28,16 +28,19 @@ use crate::{
     upload::{GpuScene, in_range},
 };
 
-/// Node visits and triangle tests after which an invocation leaves the rest to the next dispatch. Mesa before 25.0 ends all
-/// loops of a vector of 8 invocations after 65,535 iterations together, without a word; this keeps their sum below half of it.
+/// Loop iterations after which an invocation leaves further rays to the next dispatch; a ray may go on half as long again, then
+/// it is suspended (`shaders/traverse.wgsl`). Mesa before 25.0 ends all loops of a vector of 8 invocations after 65,535 iterations
+/// together, without a word; this keeps their sum below that.
 const STEP_BUDGET: u32 = 4096;
 
 /// What the ray stacks of a batch may take.
 const STACK_BYTES: u64 = 64 << 20;
 
-/// Work items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the
-/// ray that a dispatch ends at.
-const EXTRA_ITEMS: u32 = 2;
+/// Of the same name in `shaders/ray_stack.wgsl`.
+pub(crate) const EXTRA_ITEMS: u32 = 2;
+
+/// Words of 16 bytes that a suspended traversal takes beside its stack; of the same name in `shaders/ray_stack.wgsl`.
+pub(crate) const SUSPENDED_HEAD: u32 = 7;
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +123,8 @@ pub fn render_with(
             Pass::new(
                 device,
                 Kernel::Aov,
-                features,
+                // A single ray a pixel, within one dispatch.
+                features.with(Feature::LongRays, false),
                 limits,
                 &gpu_scene,
                 &plan.work(),
@@ -211,7 +215,7 @@ struct Plan {
     frame: Frame,
     tiling: Tiling,
     batches: Vec<Batch>,
-    stack_items: u32,
+    slot_bytes: u64,
     samples: Vec<[f32; 2]>,
 }
 
@@ -227,9 +231,12 @@ impl Plan {
         let tiling = Tiling::new(region.width, region.height);
         // Depth first: each level of the tree leaves all children but one pending.
         let stack_capacity = features.children().saturating_sub(1) * settings.max_depth + 1;
-        let stack_items = stack_capacity + EXTRA_ITEMS;
-        let slots = (STACK_BYTES / (u64::from(stack_items) * ITEM_BYTES))
-            .min(u64::from(settings.batch_pixels)) as u32;
+        let mut slot_bytes = u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES;
+        if features.has(Feature::LongRays) {
+            let words = SUSPENDED_HEAD + Limits::for_depth(bvh.depth).traversal_stack;
+            slot_bytes += 16 * u64::from(words);
+        }
+        let slots = (STACK_BYTES / slot_bytes).min(u64::from(settings.batch_pixels)) as u32;
         let batches = tiling.batches((slots / TILE_PIXELS).max(1));
         let samples = sample_pattern(settings.samples);
         let mut frame = Frame {
@@ -275,7 +282,7 @@ impl Plan {
             frame,
             tiling,
             batches,
-            stack_items,
+            slot_bytes,
             samples,
         }
     }
@@ -289,7 +296,7 @@ impl Plan {
             .unwrap_or(0);
         Work {
             slots: tiles * TILE_PIXELS,
-            stack_items: self.stack_items,
+            slot_bytes: self.slot_bytes,
             samples: &self.samples,
         }
     }

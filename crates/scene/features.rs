@@ -6,6 +6,9 @@ use crate::model::{AlphaMode, LightKind, Material, Projection, Scene};
 /// A surface rougher than this spawns no mirror ray under the `pbr` model (shaders/README.md, `smooth`).
 pub const ROUGHEST_MIRROR: f32 = 0.4;
 
+/// In a scene of no more triangles no ray can do much: it tests each of them, and each node of a tree over them, twice at most.
+const FEW_TRIANGLES: usize = 512;
+
 /// What the scene contains. A pure function of the scene: nothing here depends on settings or on the device.
 ///
 /// A feature that a material names but that can't show does not count: a transmission of 0, a normal map of scale 0.
@@ -39,6 +42,8 @@ pub struct SceneFeatures {
     pub contact: bool,
     /// `extras.whitted` makes some material transmit, under the `whitted` model only.
     pub whitted_transmission: bool,
+    /// There is enough for a single ray to keep a device busy for long.
+    pub many_triangles: bool,
     /// Punctual lights.
     pub lights: usize,
     /// Some light is a spot.
@@ -75,6 +80,7 @@ impl SceneFeatures {
             ),
             contact: contact::exists(scene),
             whitted_transmission: any(whitted_transmits),
+            many_triangles: scene.geometry.triangles.len() > FEW_TRIANGLES,
             lights: scene.lights.len(),
             spots: scene
                 .lights

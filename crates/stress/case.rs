@@ -38,6 +38,7 @@ cases! {
     watertight "no ray escapes from inside a closed mesh",
     terminator "shading normals far off the facet: no light through the back, no reflected ray into it",
     self_hits "rays that leave a surface hit neither it nor miss its neighbours",
+    boxes "100,000 triangles in one place, slivers across the scene, one triangle, none",
     media "glass in water, bubbles, faces that coincide, overlaps, cameras inside solids, open meshes",
     trees "mirrors a thousand deep, and trees of 2^64 rays",
     geometry "triangles without area, infinite, NaN, inside out, twice, of aspect 10^7",

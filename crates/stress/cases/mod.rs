@@ -1,5 +1,6 @@
 //! The cases, one file each. `STRESS.md` at the project's root explains them.
 
+pub(crate) mod boxes;
 pub(crate) mod cameras;
 pub(crate) mod fresnel;
 pub(crate) mod geometry;

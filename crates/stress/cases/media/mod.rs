@@ -7,6 +7,11 @@ mod scenes;
 
 use crate::stage::{Stage, StressError};
 
+/// A clear solid that reflects by Fresnel.
+pub(super) fn clear(ior: f32) -> raytree_scene::model::Material {
+    scenes::solid(ior, 0.0, 1.0)
+}
+
 pub(crate) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
     pictures::against_oracle(stage)?;
     pictures::of_the_same_thing(stage)?;
