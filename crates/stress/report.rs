@@ -302,7 +302,7 @@ mod tests {
         assert!(report.passed(), "the book is held to nothing");
         let text = report.to_text();
         assert!(
-            text.starts_with("case   parameter   measured  by the book  limit"),
+            text.starts_with("case   parameter  measured  by the book  limit"),
             "{text}"
         );
         assert!(text.contains("0         1234         <= 0"), "{text}");

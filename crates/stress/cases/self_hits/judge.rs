@@ -74,11 +74,16 @@ impl Tally {
         self.first_false = self.first_false.take().or(other.first_false);
         self.first_missed = self.first_missed.take().or(other.first_missed);
         self.first_wrong_side = self.first_wrong_side.take().or(other.first_wrong_side);
-        if !(other.start <= self.start) {
+        if is_farther(other.start, self.start) {
             self.start = other.start;
             self.farthest_start = other.farthest_start;
         }
     }
+}
+
+/// NaN is farther than everything, and stays.
+fn is_farther(start: f64, other: f64) -> bool {
+    !other.is_nan() && (start.is_nan() || start > other)
 }
 
 pub(super) struct Judge<'s> {
@@ -142,7 +147,7 @@ impl<'s> Judge<'s> {
         tally.pairs += 1;
         let departure = self.departure(ray, hit);
         let start = vec(hit.origin).distance(departure.point) / departure.bound;
-        if !(start <= tally.start) {
+        if is_farther(start, tally.start) {
             tally.start = start;
             tally.farthest_start = Some(format!("{ray:?} gave {hit:?}"));
         }

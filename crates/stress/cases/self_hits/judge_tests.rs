@@ -140,3 +140,15 @@ fn a_direction_into_the_facet_is_noticed() {
 fn nothing_that_leaves_is_no_figure() {
     assert!(Tally::default().of_pairs(0).is_nan());
 }
+
+#[test]
+fn no_start_is_farther_than_none() {
+    let mut tally = Tally::default();
+    for start in [0.5, f64::NAN, 0.7] {
+        tally.add(Tally {
+            start,
+            ..Tally::default()
+        });
+    }
+    assert!(tally.start.is_nan());
+}

@@ -76,7 +76,7 @@ fn judge_light(stage: &mut Stage<'_>, mesh: &Mesh) -> Result<(), StressError> {
 /// Unit vectors to the light and to the camera: for one of three pictures anywhere, else with the light just below or just above
 /// the horizon of a facet that the camera sees well.
 fn light_and_view(mesh: &Mesh, k: usize, random: &mut Random) -> (DVec3, DVec3) {
-    if k % 3 == 0 {
+    if k.is_multiple_of(3) {
         return (unit(random), unit(random));
     }
     let [a, b, c] = mesh
@@ -113,7 +113,7 @@ fn lit_from_behind(film: &Film, facing: &[Option<bool>]) -> usize {
     let faces_away = |index: usize| facing.get(index) == Some(&Some(false));
     let surely_away = |index: &usize| {
         let index = *index;
-        let across = index % side > 0 && index % side + 1 < side && index >= side;
+        let across = !index.is_multiple_of(side) && index % side + 1 < side && index >= side;
         across
             && [index, index - 1, index + 1, index - side, index + side]
                 .into_iter()
@@ -162,7 +162,7 @@ fn looks(mesh: &Mesh) -> Vec<SecondaryRay> {
             };
             let target = a + s * (b - a) + t * (c - a);
             let normal = (b - a).cross(c - a).normalize();
-            let back = if k % 4 == 0 {
+            let back = if k.is_multiple_of(4) {
                 normal
             } else {
                 let height = LEAST_ANGLE.powf(random.unit());
@@ -209,8 +209,7 @@ impl Reflections {
             let height = normal.dot(Vec3::from(hit.direction).as_dvec3());
             found.count += 1;
             found.lowest = found.lowest.min(height);
-            // Neither by NaN.
-            found.entering += usize::from(!(height >= 0.0));
+            found.entering += usize::from(height < 0.0 || height.is_nan());
             found.inside += usize::from(hit.next_triangle != u32::MAX);
         }
         found
