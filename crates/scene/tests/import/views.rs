@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::builder::*;
 
-/// The triangle four times as large (frame: centre (2, 2, 0), scale 1/4), and a node with `fields`.
+/// The triangle four times as large (frame: origin (2, 2, 0) without camera, scale 1/4), and a node with `fields`.
 fn beside(fields: Value) -> Gltf {
     let mut file = Gltf::triangle();
     file.json["nodes"][0]["scale"] = json!([4, 4, 4]);
@@ -43,6 +43,29 @@ fn a_camera_without_transform_looks_along_minus_z() {
         },
     };
     assert_eq!(scene.cameras, [expected]);
+}
+
+#[test]
+fn a_narrow_camera_has_the_origin_where_it_looks() {
+    // An eighth of a turn to the right: along +x and -z.
+    let turn = -0.5 * FRAC_PI_4;
+    let origin = |x: f64, lens: Value| {
+        let node = json!({ "translation": [x, 1, 2], "rotation": [0, turn.sin(), 0, turn.cos()] });
+        camera(lens, node).import().frame.origin.rounded()
+    };
+    let parallel = |ymag: f64| json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": ymag, "znear": 0.1, "zfar": 9 } });
+    let (nearest, looked_at) = (DVec3::new(0.0, 1.0, 0.0), DVec3::new(1.0, 1.0, 0.0));
+    for (x, lens, expected) in [
+        (-1.0, perspective(0.5), nearest),
+        (-1.0, perspective(1e-5), looked_at),
+        (-1.0, parallel(0.1), nearest),
+        (-1.0, parallel(1e-5), looked_at),
+        // It looks past the triangle.
+        (-9.0, perspective(1e-5), nearest),
+    ] {
+        let found = origin(x, lens.clone());
+        assert!((found - expected).length() < 1e-12, "{x}, {lens}: {found}");
+    }
 }
 
 #[test]
@@ -206,8 +229,7 @@ fn spot_lights_and_the_defaults() {
     let scene = light(json!({ "type": "spot", "spot": {} }), json!({})).import();
     let (kind, intensity) = only_light(&scene);
     let expected = LightKind::Spot {
-        // The point of the triangle's box that is nearest to it is where it stands.
-        position: DVec3::ZERO,
+        position: DVec3::new(-0.5, -0.5, 0.0),
         direction: DVec3::NEG_Z,
         range: f64::INFINITY,
         inner_cone_angle: 0.0,
