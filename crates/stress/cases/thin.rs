@@ -267,6 +267,8 @@ fn piles(stage: &mut Stage<'_>) -> Result<(), StressError> {
             shading,
             max_depth,
             min_weight,
+            // The whole tree is wanted: more than the default budget, which would say that it dropped some of it.
+            max_rays: 1 << 24,
             ..pixel()
         };
         let expected = stokes(pane.surfaces(), r);
