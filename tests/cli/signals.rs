@@ -14,7 +14,7 @@ fn an_interrupt_ends_a_render_and_leaves_the_old_picture() {
         let folder = Folder::new();
         fs::write(folder.at("a.png"), "the old picture").unwrap();
         let before = folder.entries();
-        let child = start(&folder, "@cornell.glb --size 640x480 --spp 60000 -o a.png");
+        let child = start(&folder, "@cornell.glb --size 640x480 --spp 8192 -o a.png");
         thread::sleep(Duration::from_millis(1500));
         send(&child, signal);
         let run = Run::of(child.wait_with_output().unwrap()).failed(130, &["interrupted"]);
