@@ -70,8 +70,8 @@ fn fresnel(interface_: Interface, cos_i: f32, cos_t_squared: f32) -> vec3f {
     return max(interface_.f0 + (vec3f(interface_.f90) - interface_.f0) * rise, vec3f(0.0));
 }
 
-// `wo_rest`: what wo has lost in rounding (WorkItem.rest).
-fn interface_at(surface: Surface, wo_rest: vec3f, eta_i: f32, eta_t: f32) -> Interface {
+// `wo_rest`: what wo has lost in rounding (WorkItem.rest). `bends`: the surface is a solid's, and refracts.
+fn interface_at(surface: Surface, wo_rest: vec3f, eta_i: f32, eta_t: f32, bends: bool) -> Interface {
     var made: Interface;
     made.eta_i = eta_i;
     made.eta_t = eta_t;
@@ -82,7 +82,7 @@ fn interface_at(surface: Surface, wo_rest: vec3f, eta_i: f32, eta_t: f32) -> Int
     var squared = refracted_cos_squared(eta_i, eta_t, made.cos_i);
     if (HAS_SOLIDS) {
         // What bends no ray gets by with f32, so that programs with and without solids show it alike.
-        if (materials[surface.material].medium != 0u) {
+        if (bends) {
             // From the sine, to twice the digits of f32: close to the critical angle all of them show in the refracted ray.
             let angle = precise_angle(surface.ns, surface.wo, wo_rest);
             made.cos_i = clamp(angle.cosine, 0.0, 1.0);

@@ -71,13 +71,15 @@ fn arrive(item: WorkItem) {
 fn interface_between(surface: Surface, wo_rest: vec3f, media_: vec2u, through: vec2u) -> Interface {
     var eta_i = 1.0;
     var eta_t = materials[surface.material].ior;
+    var bends = false;
     if (HAS_SOLIDS) {
         eta_i = medium_ior(media_);
-        if (materials[surface.material].medium != 0u) {
+        bends = materials[surface.material].medium != 0u;
+        if (bends) {
             eta_t = medium_ior(through);
         }
     }
-    return interface_at(surface, wo_rest, eta_i, eta_t);
+    return interface_at(surface, wo_rest, eta_i, eta_t, bends);
 }
 
 // What the surface does to the ray's media.

@@ -324,13 +324,10 @@ fn a_program_that_could_do_more() {
             faults.push(format!("{file}: {difference}"));
         }
         // Looking for faces in contact takes steps, but no rays.
-        let counted = |rendered: &Rendered| rendered.counters.map(|c| (c.rays, c.ended));
-        if counted(&special) != counted(&general) {
-            faults.push(format!(
-                "{file}: {:?}, not {:?}",
-                counted(&general),
-                counted(&special)
-            ));
+        let [expected, counted] =
+            [special.counters, general.counters].map(|c| c.map(|c| (c.rays, c.ended)));
+        if counted != expected {
+            faults.push(format!("{file}: {counted:?}, not {expected:?}"));
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));

@@ -97,7 +97,7 @@ fn piece_interface(@builtin(global_invocation_id) invocation: vec3u) {
     surface.transmission = 1.0;
     surface.specular = 1.0;
     surface.specular_color = vec3f(1.0);
-    let made = interface_at(surface, vec3f(0.0), number(9u), number(10u));
+    let made = interface_at(surface, vec3f(0.0), number(9u), number(10u), true);
     let reflected = reflected_direction(surface, made.cos_i);
     let bent = refracted(surface, made, vec3f(0.0));
     let shading = pbr_shading(surface, made, reflected, bent.direction);
