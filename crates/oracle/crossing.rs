@@ -7,6 +7,7 @@ use raytree_scene::model::AlphaMode;
 use crate::intersect::{Hit, Ray};
 use crate::media::{Full, Media};
 use crate::render::Shading;
+use crate::surface::SPAWN_OFFSET;
 use crate::vec::Vec3;
 use crate::{Oracle, material};
 
@@ -48,7 +49,11 @@ impl Oracle<'_> {
             return none(*first, 0.0);
         }
         let (faces, height) = self.in_one_place(ray, first, counts);
-        let height = if faces.len() > 1 { 1.5 * height } else { 0.0 };
+        let height = if self.is_one_surface(&faces) {
+            0.0
+        } else {
+            1.5 * height
+        };
         if let Some(opaque) = faces.iter().find(|hit| self.is_opaque(hit, shading)) {
             return none(*opaque, height);
         }
@@ -111,6 +116,17 @@ impl Oracle<'_> {
         });
         faces[1..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         (faces, height)
+    }
+
+    /// Whether `faces` are triangles that share an edge or a corner there: rays then start as they do beside it.
+    fn is_one_surface(&self, faces: &[Hit]) -> bool {
+        let first = &faces[0];
+        let material = |hit: &Hit| self.triangle(hit).material;
+        let rounding = SPAWN_OFFSET * self.largest_coordinate(first);
+        faces.iter().all(|face| {
+            let joined = face.t - first.t <= rounding;
+            joined && material(face) == material(first) && face.back == first.back
+        })
     }
 
     fn is_opaque(&self, hit: &Hit, shading: Shading) -> bool {

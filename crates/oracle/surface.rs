@@ -10,7 +10,7 @@ use crate::vec::{Rgb, Vec3};
 use crate::{Oracle, material, texture};
 
 /// How far a spawned ray starts from the surface, times the triangle's largest coordinate: some 4000 roundings.
-const SPAWN_OFFSET: f64 = 1e-12;
+pub(crate) const SPAWN_OFFSET: f64 = 1e-12;
 
 /// Everything about a hit that shading asks for, textures applied.
 pub(crate) struct Surface<'s> {

@@ -241,9 +241,19 @@ fn an_open_solid_is_infinitely_deep() {
 #[test]
 fn leaving_a_solid_never_entered_changes_nothing() {
     let mut build = Build::before([1.0; 3]);
+    let above = build.material(glass(1.5, [0.5; 3], 1.0));
+    build.ceiling(-1.0, 4.0, above);
+    assert_grey(build.radiance([0.1, 0.2, 0.3], down_by(0.4)), 1.0);
+}
+
+#[test]
+fn a_camera_inside_a_solid_sees_through_it() {
+    let mut build = Build::before([1.0; 3]);
     let around = build.material(glass(1.5, [0.5; 3], 1.0));
     build.cuboid([-1.0; 3], [1.0; 3], around);
-    assert_grey(build.radiance([0.1, 0.2, 0.3], down_by(0.4)), 1.0);
+    // 1.2 down to the first face, then 2 from face to face for each echo, 4 % of each staying inside.
+    let expected = 0.5_f64.powf(1.2) * 0.96 / (1.0 - 0.04 * 0.25);
+    assert_grey(build.radiance([0.1, 0.2, 0.3], DOWN), expected);
 }
 
 #[test]
