@@ -165,10 +165,12 @@ fn place_along_ray(origin: vec3f, direction: vec3f, v0: vec3f, normal: vec3f, sl
     let left = v0 - near;
     let step = dot(normal, left) / slope;
     let position = near + step * direction;
-    // The way along the ray and the sum: two roundings. The last step: the difference, the normal, products and their sum, the
-    // quotient: six, each of the size of the terms of the scalar product, which in a plane across an axis are next to nothing.
-    let along = dot(abs(normal), abs(left)) / abs(slope) * abs(direction);
-    let error = gamma(2.0) * (abs(t * direction) + abs(position)) + gamma(6.0) * along;
+    // The way along the ray and its sum, two roundings, take `near` off the ray; the last step brings it to the plane again, along
+    // the ray, by as much and the more the flatter the ray. That step itself: the difference, the normal, products and their sum,
+    // the quotient: six, each of the size of the terms of the scalar product, which in a plane across an axis are next to nothing.
+    let aside = gamma(2.0) * abs(t * direction) + gamma(1.0) * abs(near);
+    let along = dot(abs(normal), aside + gamma(6.0) * abs(left)) / abs(slope) * abs(direction);
+    let error = aside + gamma(1.0) * abs(position) + along;
     return Place(position, error, gamma(2.0) * (abs(position) + abs(step * direction)) + gamma(6.0) * abs(left));
 }
 
