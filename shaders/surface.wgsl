@@ -120,6 +120,7 @@ fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) ->
 struct Edges {
     inwards: vec3f, // how to move the point off the edges
     distance: f32, // of the moved point from the nearest one
+    reach: f32, // points closer to one were moved
     error: f32, // how far beside where they are they may seem to lie
 }
 
@@ -174,7 +175,7 @@ fn edges_at(uv: vec2f, v0: vec3f, e1: vec3f, e2: vec3f, normal: vec3f) -> Edges 
             inwards = off_corner(lacking.x, off_far, lacking.y, off_second, middle);
         }
     }
-    return Edges(inwards, max(nearest, reach), gamma(8.0) * lengths.x);
+    return Edges(inwards, max(nearest, reach), reach, gamma(8.0) * lengths.x);
 }
 
 // Where the ray meets the plane through v0: exact to the last digits where the camera is close to a triangle whose corners
@@ -225,8 +226,10 @@ fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Ver
     // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
     let error = gamma(2.0) * abs(position) + gamma(4.0) * (abs(along_1) + abs(along_2));
     let place = place_along_ray(origin, direction, corners.v0, normal, slope);
-    // Only where it is far better: the other point never lies beyond the triangle's edges.
-    if (8.0 * dot(place.error, vec3f(1.0)) < dot(error, vec3f(1.0))) {
+    // Only where it is far better: the other point never lies beyond the triangle's edges, while this one may by as much as an
+    // edge seems to lie aside. Close to an edge therefore only where the other would be nowhere near: on a plane without end.
+    let advantage = select(8.0, 1024.0, edges.distance <= edges.reach);
+    if (advantage * dot(place.error, vec3f(1.0)) < dot(error, vec3f(1.0))) {
         return Point(place.position, place.plane_error, edges.distance, edges.error);
     }
     return Point(position, error, edges.distance, edges.error);

@@ -24,6 +24,9 @@ const ROUNDINGS_OF_OUTLINE: f64 = 8.0;
 /// takes it where it is 8 times better (`shaders/surface.wgsl`).
 const CLEARLY_BETTER: f64 = 32.0;
 
+/// .. close to an edge, where the renderer takes it where it is 1024 times better: beyond the edge there may be nothing.
+const BETTER_AT_AN_EDGE: f64 = 4096.0;
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// What the oracle says.
@@ -397,14 +400,20 @@ fn start_bound(
         + 3.0 * rounding
         + 1.5 * outline;
     let reach = EPSILON * (6.0 * corners[anchor].abs() + 12.0 * (e1.abs() + e2.abs())).length();
-    if distance_to_edges(corners, point) < 1.1 * reach + by_coordinates {
+    let close_to_edge = distance_to_edges(corners, point) < 1.1 * reach + by_coordinates;
+    if close_to_edge {
         by_coordinates += 11.0 * reach;
     }
     let terms = |from: DVec3| (front.abs() * (corners[anchor] - from).abs()).element_sum();
     let along_ray = EPSILON
         * (8.0 * (sum(point - origin) + sum(point))
             + ROUNDINGS_OF_PLACE * (terms(origin) + terms(point)) / cosine);
-    if CLEARLY_BETTER * along_ray < rounding {
+    let clearly_better = if close_to_edge {
+        BETTER_AT_AN_EDGE
+    } else {
+        CLEARLY_BETTER
+    };
+    if clearly_better * along_ray < rounding {
         let risen = 1e-4 * distance_to_edges(corners, point);
         along_ray + (outline - risen).max(0.0)
     } else {

@@ -16,7 +16,7 @@ use crate::{
 use judge::{Judge, Tally};
 
 /// Pairs of rays a mesh.
-const PAIRS: usize = 150_000;
+const PAIRS: usize = 500_000;
 
 pub(crate) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
     let mut wrong_side = 0;
