@@ -213,7 +213,7 @@ struct Point {
     edge_error: f32,
 }
 
-fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Vertices, normal: vec3f) -> Point {
+fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Vertices) -> Point {
     // From the barycentrics rather than along the ray, so the error depends on the triangle and not on the distance (pbrt
     // 4ed, 6.8.5); and from a corner and the edges rather than from three corners, so of a small triangle it is little more
     // than one rounding.
@@ -221,11 +221,11 @@ fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Ver
     let e2 = corners.v2 - corners.v0;
     let along_1 = uv.x * e1;
     let along_2 = uv.y * e2;
-    let edges = edges_at(uv, corners.v0, e1, e2, normal);
+    let edges = edges_at(uv, corners.v0, e1, e2, corners.normal);
     let position = corners.v0 + (along_1 + along_2 + edges.inwards);
     // One rounding of the sum, one when the origin of a spawned ray is moved; three on the way along the edges.
     let error = gamma(2.0) * abs(position) + gamma(4.0) * (abs(along_1) + abs(along_2));
-    let place = place_along_ray(origin, direction, corners.v0, normal, slope);
+    let place = place_along_ray(origin, direction, corners.v0, corners.normal, slope);
     // Only where it is far better: the other point never lies beyond the triangle's edges, while this one may by as much as an
     // edge seems to lie aside. Close to an edge therefore only where the other would be nowhere near: on a plane without end.
     let advantage = select(8.0, 1024.0, edges.distance <= edges.reach);
@@ -251,7 +251,6 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     let v2 = positions.v2;
     let uv = barycentrics(origin, direction, v0, v1, v2);
     let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), uv.x, uv.y);
-    // Seen from behind: by the normal that is right, not by the traversal's, which of a sliver is anything.
     let slope = dot(positions.normal, direction);
     surface.back = slope > 0.0;
     let facing = select(1.0, -1.0, surface.back);
@@ -259,7 +258,7 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     surface.ng = facing * front_ng;
     surface.triangle = hit.triangle;
     if (HAS_ERROR_BOUNDS) {
-        let point = point_at(origin, direction, slope, uv, positions, positions.normal);
+        let point = point_at(origin, direction, slope, uv, positions);
         surface.position = point.position;
         surface.position_error = point.plane_error;
         surface.edge_distance = point.edge_distance;

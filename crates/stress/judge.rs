@@ -36,13 +36,22 @@ impl Outlier {
 #[must_use]
 pub fn difference(ours: [f64; 3], theirs: [f64; 3]) -> f64 {
     let channels = [0, 1, 2].map(|k| (ours[k] - theirs[k]).abs() / theirs[k].abs().max(1.0));
-    channels.into_iter().fold(0.0, |largest, d| {
-        if d > largest || d.is_nan() {
-            d
-        } else {
-            largest
-        }
-    })
+    channels.into_iter().fold(0.0, worse)
+}
+
+/// [`difference`] of the pixel that differs most; NaN if any is.
+#[must_use]
+pub fn largest_difference(ours: &Film, theirs: &Film) -> f64 {
+    let pixels = ours.radiance.iter().zip(&theirs.radiance);
+    pixels
+        .map(|(ours, theirs)| difference(ours.map(f64::from), theirs.map(f64::from)))
+        .fold(0.0, worse)
+}
+
+/// The larger one; NaN is the worst of all.
+#[must_use]
+pub fn worse(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
 }
 
 /// NaN exceeds everything.
@@ -173,5 +182,16 @@ mod tests {
         assert_eq!((judged.unexplained[0].x, judged.unexplained[0].y), (2, 1));
         assert!(judged.worst.is_nan());
         assert_eq!(judged.near_share, 1.0 - 3.0 / 16.0);
+    }
+
+    #[test]
+    fn a_different_pixel_is_noticed() {
+        let black = Film::new(2, 2);
+        let mut other = black.clone();
+        assert_eq!(largest_difference(&black, &other), 0.0);
+        other.radiance[3][1] = 2e-6;
+        assert!(largest_difference(&black, &other) > 1e-6);
+        other.radiance[0][0] = f32::NAN;
+        assert!(largest_difference(&black, &other).is_nan());
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
-use crate::documents::Document;
+use crate::{documents::Document, scenes::CUBOID_SIDES};
 
 /// A document under construction.
 #[derive(Default)]
@@ -41,16 +41,7 @@ impl Made {
 
     /// The sides of a box, facing outwards.
     pub fn cuboid(min: [f32; 3], max: [f32; 3]) -> [[[f32; 3]; 4]; 6] {
-        // Bit k of a corner: at the maximum of axis k.
-        [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ]
-        .map(|side| {
+        CUBOID_SIDES.map(|side| {
             side.map(|corner: usize| {
                 std::array::from_fn(|k| if corner >> k & 1 == 0 { min[k] } else { max[k] })
             })

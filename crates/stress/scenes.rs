@@ -3,10 +3,20 @@
 use glam::{DVec3, Vec3, Vec4};
 use raytree_scene::{
     environment::{Environment, EquirectMap},
-    model::{Background, Camera, Light, LightKind, Material, Projection, Scene, Triangle},
+    model::{Background, Camera, Light, LightKind, Material, Projection, Scene, Triangle, Volume},
 };
 
 use crate::random::Random;
+
+/// The sides of a box, counter-clockwise seen from outside: bit k of a corner says that it lies at the maximum of axis k.
+pub(crate) const CUBOID_SIDES: [[usize; 4]; 6] = [
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+];
 
 /// A scene under construction.
 #[derive(Clone, Default)]
@@ -103,14 +113,7 @@ impl Build {
             };
             Vec3::new(choose(0), choose(1), choose(2))
         };
-        for side in [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ] {
+        for side in CUBOID_SIDES {
             self.quad(side.map(corner), material);
         }
     }
@@ -183,6 +186,22 @@ pub fn unfiltered(map: EquirectMap) -> Environment {
         irradiance: map.clone(),
         radiance: map,
         rotation: 0.7,
+    }
+}
+
+/// A smooth solid of this index that absorbs nothing.
+pub fn clear_glass(ior: f32) -> Material {
+    Material {
+        base_color: Vec4::ONE,
+        metallic: 0.0,
+        roughness: 0.0,
+        transmission: 1.0,
+        ior,
+        volume: Some(Volume {
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f64::INFINITY,
+        }),
+        ..Material::default()
     }
 }
 

@@ -1,13 +1,13 @@
 //! Thin things and things in one place: slabs of 1e-6 of the extent, two faces in one plane, a pile of a hundred panes.
 
-use glam::{DMat3, DVec3, EulerRot, Vec3, Vec4};
+use glam::{DMat3, DVec3, EulerRot, Vec3};
 use raytree_gpu::{RenderSettings, Rendered, Shading};
-use raytree_scene::model::{LightKind, Material, Volume, WhittedCoefficients};
+use raytree_scene::model::{LightKind, Material, WhittedCoefficients};
 
 use crate::{
     judge::judge_picture,
     report::Limit,
-    scenes::{Build, matte, parallel, pinhole},
+    scenes::{Build, clear_glass, matte, parallel, pinhole},
     stage::{Stage, StressError},
 };
 
@@ -96,26 +96,11 @@ fn opaque_slabs(stage: &mut Stage<'_>) -> Result<(), StressError> {
     Ok(())
 }
 
-fn glass(ior: f32) -> Material {
-    Material {
-        base_color: Vec4::ONE,
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        ior,
-        volume: Some(Volume {
-            attenuation_color: Vec3::ONE,
-            attenuation_distance: f64::INFINITY,
-        }),
-        ..Material::default()
-    }
-}
-
 /// A pane of glass over a coloured floor.
 fn glass_slabs(stage: &mut Stage<'_>) -> Result<(), StressError> {
     let mut build = Build::before([0.9, 0.8, 0.7]);
     build.0.surroundings.ambient = Vec3::splat(0.5);
-    let clear = build.material(glass(1.5));
+    let clear = build.material(clear_glass(1.5));
     let floor = build.material(matte([0.2, 0.5, 0.8]));
     sheet(&mut build, 0.0, true, clear);
     sheet(&mut build, -2.0 * THINNESS, false, clear);
@@ -250,11 +235,16 @@ fn piles(stage: &mut Stage<'_>) -> Result<(), StressError> {
     let wall = Material {
         volume: None,
         double_sided: true,
-        ..glass(IOR)
+        ..clear_glass(IOR)
     };
     for (name, pane, material, shading) in [
         ("thin panes, pbr", Pane::Wall, wall, Shading::Pbr),
-        ("solid panes, pbr", Pane::Solid, glass(IOR), Shading::Pbr),
+        (
+            "solid panes, pbr",
+            Pane::Solid,
+            clear_glass(IOR),
+            Shading::Pbr,
+        ),
         (
             "solid panes, whitted",
             Pane::Solid,

@@ -1,17 +1,13 @@
 //! What has the index of its surroundings can't be seen.
 
-use glam::{Vec3, Vec4};
-use raytree_film::Film;
+use glam::Vec3;
 use raytree_gpu::{RenderSettings, Shading};
-use raytree_scene::{
-    environment::EquirectMap,
-    model::{Background, Material, Volume},
-};
+use raytree_scene::{environment::EquirectMap, model::Background};
 
 use crate::{
-    judge::{difference, judge_picture},
+    judge::{judge_picture, largest_difference},
     report::Limit,
-    scenes::{Build, matte, pinhole, unfiltered},
+    scenes::{Build, clear_glass, matte, pinhole, unfiltered},
     stage::{Stage, StressError},
 };
 
@@ -74,46 +70,8 @@ fn surroundings() -> Build {
 /// .. with a ball and a box of this index before it.
 fn with_objects(ior: f32) -> Build {
     let mut build = surroundings();
-    let clear = build.material(Material {
-        base_color: Vec4::ONE,
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        ior,
-        volume: Some(Volume {
-            attenuation_color: Vec3::ONE,
-            attenuation_distance: f64::INFINITY,
-        }),
-        ..Material::default()
-    });
+    let clear = build.material(clear_glass(ior));
     build.ball(Vec3::new(-0.5, 0.0, 0.0), 0.6, 4, clear);
     build.cuboid(Vec3::new(0.3, -0.5, -0.4), Vec3::new(1.0, 0.6, 0.4), clear);
     build
-}
-
-fn largest_difference(a: &Film, b: &Film) -> f64 {
-    let pixels = a.radiance.iter().zip(&b.radiance);
-    let differences = pixels.map(|(a, b)| difference(a.map(f64::from), b.map(f64::from)));
-    differences.fold(
-        0.0,
-        |worst: f64, d| {
-            if d > worst || d.is_nan() { d } else { worst }
-        },
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_different_pixel_is_noticed() {
-        let black = Film::new(2, 2);
-        let mut other = black.clone();
-        assert_eq!(largest_difference(&black, &other), 0.0);
-        other.radiance[3][1] = 2e-6;
-        assert!(largest_difference(&black, &other) > 1e-6);
-        other.radiance[0][0] = f32::NAN;
-        assert!(largest_difference(&black, &other).is_nan());
-    }
 }

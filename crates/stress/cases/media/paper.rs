@@ -6,6 +6,7 @@ use raytree_scene::model::Scene;
 
 use super::scenes::{Blocks, Cut, SLOPE, ray, slanted, solid};
 use crate::{
+    judge::worse,
     report::Limit,
     stage::{Stage, StressError},
 };
@@ -69,14 +70,7 @@ fn deviation(stage: &mut Stage<'_>, scene: &Scene, way: &Way) -> Result<f64, Str
 /// How far apart two places of the sky are that look like this.
 fn angle_between(a: [f32; 3], b: [f32; 3]) -> f64 {
     let channels = [0, 1, 2].map(|k| (f64::from(a[k]) - f64::from(b[k])).abs() / SLOPE);
-    channels
-        .into_iter()
-        .fold(0.0, |l, d| if d > l || d.is_nan() { d } else { l })
-}
-
-/// The larger one; NaN is the worst of all.
-fn worse(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
+    channels.into_iter().fold(0.0, worse)
 }
 
 pub(super) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
@@ -117,7 +111,7 @@ fn shared_face(stage: &mut Stage<'_>) -> Result<(), StressError> {
         );
         let to_space = turn.as_dquat();
         let (beside, above) = (to_space * DVec3::X, to_space * DVec3::Y);
-        let mut worst = 0.0_f64;
+        let mut farthest = 0.0_f64;
         for degrees in [20.0_f64, 50.0, 58.0, 65.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let into_glass = to_space * DVec3::new(cos, sin, 0.013).normalize();
@@ -136,8 +130,8 @@ fn shared_face(stage: &mut Stage<'_>) -> Result<(), StressError> {
             let start = DVec3::new(-0.12, height - 0.12 * sin / cos, 0.03);
             if let Some(leaves) = through(into_glass, WATER, &steps) {
                 let from = (to_space * start).as_vec3();
-                worst = worse(
-                    worst,
+                farthest = worse(
+                    farthest,
                     deviation(
                         stage,
                         &blocks.build.0,
@@ -160,8 +154,8 @@ fn shared_face(stage: &mut Stage<'_>) -> Result<(), StressError> {
                 index,
             });
             if let Some(leaves) = through(direction, GLASS, &steps) {
-                worst = worse(
-                    worst,
+                farthest = worse(
+                    farthest,
                     deviation(
                         stage,
                         &blocks.build.0,
@@ -176,7 +170,7 @@ fn shared_face(stage: &mut Stage<'_>) -> Result<(), StressError> {
         }
         stage.record(
             format!("{name}: direction, rad"),
-            worst,
+            farthest,
             Limit::AtMost(DIRECTION),
         );
     }
@@ -282,13 +276,13 @@ fn lens_of_air(stage: &mut Stage<'_>) -> Result<(), StressError> {
                 .for_each(|t| t.vertices.reverse());
             geometry.normals[vertex..].iter_mut().for_each(|n| *n = -*n);
         }
-        let (mut worst, mut ways) = (0.0_f64, 0);
+        let (mut farthest, mut ways) = (0.0_f64, 0);
         for k in 0..corners.len() {
             let chord = (corners[k], corners[(31 * k + 97) % corners.len()]);
             if k % 9 == 0
                 && let Some(way) = through_bubble(chord)
             {
-                worst = worse(worst, deviation(stage, &blocks.build.0, &way)?);
+                farthest = worse(farthest, deviation(stage, &blocks.build.0, &way)?);
                 ways += 1;
             }
         }
@@ -300,7 +294,7 @@ fn lens_of_air(stage: &mut Stage<'_>) -> Result<(), StressError> {
         } else {
             stage.record_with(
                 name,
-                worst,
+                farthest,
                 Limit::AtMost(DIRECTION),
                 format!("{ways} ways"),
             );

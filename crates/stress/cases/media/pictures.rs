@@ -6,7 +6,7 @@ use raytree_scene::model::{Camera, Material, Scene};
 
 use super::scenes::{Blocks, Cut, doubled, glass, settings, slanted, solid, stone, water};
 use crate::{
-    judge::judge_picture,
+    judge::{difference, judge_picture, largest_difference},
     report::Limit,
     stage::{Stage, StressError},
 };
@@ -233,18 +233,6 @@ fn bubble(air: Option<Material>) -> Blocks {
 }
 
 /// The largest difference of two pictures; NaN if any pixel is.
-fn largest_difference(a: &Film, b: &Film) -> f64 {
-    let pixels = a.radiance.iter().flatten().zip(b.radiance.iter().flatten());
-    let differences = pixels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs());
-    differences.fold(0.0, |largest, d| {
-        if d > largest || d.is_nan() {
-            d
-        } else {
-            largest
-        }
-    })
-}
-
 /// Of all pixels but this share, which lie on the outlines of what differs by rounding.
 fn difference_but_for_edges(a: &Film, b: &Film) -> f64 {
     const EDGES: f64 = 0.01;
@@ -252,12 +240,7 @@ fn difference_but_for_edges(a: &Film, b: &Film) -> f64 {
         .radiance
         .iter()
         .zip(&b.radiance)
-        .map(|(a, b)| {
-            let channels = [0, 1, 2].map(|k| (f64::from(a[k]) - f64::from(b[k])).abs());
-            channels
-                .into_iter()
-                .fold(0.0, |l, d| if d > l || d.is_nan() { d } else { l })
-        })
+        .map(|(a, b)| difference(a.map(f64::from), b.map(f64::from)))
         .collect();
     // NaN sorts last, so a few of them would be taken for edges.
     if differences.iter().any(|d| d.is_nan()) {

@@ -7,7 +7,7 @@ use raytree_scene::{
     model::{Background, Camera, LightKind, Material, Scene, Volume},
 };
 
-use crate::scenes::{Build, matte, pinhole, unfiltered};
+use crate::scenes::{Build, CUBOID_SIDES, clear_glass, matte, pinhole, unfiltered};
 
 /// How the sides of a block are cut into triangles.
 #[derive(Clone, Copy)]
@@ -54,14 +54,7 @@ impl Blocks {
             let choose = |axis: usize| if (k >> axis) & 1 == 0 { min } else { max }[axis];
             self.turn * Vec3::new(choose(0), choose(1), choose(2))
         };
-        for side in [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ] {
+        for side in CUBOID_SIDES {
             side_of(&mut self.build, side.map(corner), material, cut);
         }
     }
@@ -121,16 +114,12 @@ pub(super) const SLOPE: f64 = 0.4;
 /// A clear solid. `sigma`: absorption of the red channel over a unit of length; the others absorb less.
 pub(super) fn solid(ior: f32, sigma: f32, specular: f32) -> Material {
     Material {
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        ior,
         specular,
         volume: Some(Volume {
             attenuation_color: Vec3::new((-sigma).exp(), (-0.5 * sigma).exp(), 1.0),
             attenuation_distance: if sigma > 0.0 { 1.0 } else { f64::INFINITY },
         }),
-        ..Material::default()
+        ..clear_glass(ior)
     }
 }
 
