@@ -1,14 +1,14 @@
-//! `raytree inspect`: what a scene contains, and what a program for it would.
+//! `raytree inspect`: what a scene contains, what a program for it would and why, and what that costs.
 
 use std::fmt::Write;
 
 use glam::DVec3;
 use raytree::model::{Filter, Texture, Warning, Wrap};
 use raytree::{
-    ProgramFeatures, RenderSettings, Scene, SceneFeatures, default_camera, default_size,
-    light_if_dark,
+    Cost, Feature, Preset, ProgramFeatures, RenderError, RenderSettings, Scene, SceneFeatures,
+    default_camera, default_size, light_if_dark,
 };
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::args::InspectArgs;
 use crate::console::{print, print_json};
@@ -16,24 +16,36 @@ use crate::describe;
 
 pub fn run(args: &InspectArgs) -> anyhow::Result<()> {
     let scene = raytree::import(&args.scene)?;
-    let features = default_features(&scene);
+    let plan = Plan::of(&scene);
     let file = args.scene.display().to_string();
     if args.json {
-        print_json(&as_json(&file, &scene, features))?;
+        print_json(&as_json(&file, &scene, &plan))?;
     } else {
-        print(&as_text(&file, &scene, features))?;
+        print(&as_text(&file, &scene, &plan))?;
     }
     Ok(())
 }
 
-/// What the program of a plain `raytree scene.glb` has.
-fn default_features(scene: &Scene) -> ProgramFeatures {
-    let mut lit = scene.clone();
-    light_if_dark(&mut lit);
-    let camera = default_camera(&lit);
-    let (width, height) = default_size(&camera);
-    let settings = RenderSettings::new(width, height, camera);
-    ProgramFeatures::of(&SceneFeatures::of(&lit), &settings)
+/// What a plain `raytree scene.glb` would do.
+struct Plan {
+    features: ProgramFeatures,
+    cost: Result<Cost, RenderError>,
+}
+
+impl Plan {
+    fn of(scene: &Scene) -> Self {
+        let mut lit = scene.clone();
+        light_if_dark(&mut lit);
+        let camera = default_camera(&lit);
+        let (width, height) = default_size(&camera);
+        let settings = RenderSettings::new(width, height, camera);
+        let features = ProgramFeatures::of(&SceneFeatures::of(&lit), &settings);
+        let bvh = raytree::build_bvh(&lit, Preset::default());
+        let cost = bvh
+            .map_err(RenderError::from)
+            .and_then(|bvh| raytree::cost(&lit, &bvh, &settings));
+        Self { features, cost }
+    }
 }
 
 /// Metres.
@@ -42,7 +54,7 @@ fn world_bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     Some([min, max].map(|corner| scene.frame.to_world(corner)))
 }
 
-fn as_json(file: &str, scene: &Scene, features: ProgramFeatures) -> Value {
+fn as_json(file: &str, scene: &Scene, plan: &Plan) -> Value {
     let frame = &scene.frame;
     let materials: Vec<Value> = scene
         .materials
@@ -69,7 +81,10 @@ fn as_json(file: &str, scene: &Scene, features: ProgramFeatures) -> Value {
         |[min, max]| json!({ "min": describe::point_json(min), "max": describe::point_json(max) }),
     );
     let warnings: Vec<String> = scene.warnings.iter().map(Warning::to_string).collect();
-    let (used, left_out) = features.labels();
+    let (used, left_out) = plan.features.labels();
+    let reasons: Map<String, Value> = features_of(plan)
+        .map(|(feature, present)| (feature.label().to_owned(), feature.reason(present).into()))
+        .collect();
     json!({
         "file": file,
         "triangles": scene.geometry.triangles.len(),
@@ -84,7 +99,8 @@ fn as_json(file: &str, scene: &Scene, features: ProgramFeatures) -> Value {
         "images": images,
         "lights": lights,
         "cameras": cameras,
-        "features": { "used": used, "left_out": left_out },
+        "features": { "used": used, "left_out": left_out, "reasons": reasons },
+        "cost": cost_json(&plan.cost),
         "warnings": warnings,
     })
 }
@@ -98,7 +114,7 @@ fn texture_json(texture: &Texture) -> Value {
     })
 }
 
-fn as_text(file: &str, scene: &Scene, features: ProgramFeatures) -> String {
+fn as_text(file: &str, scene: &Scene, plan: &Plan) -> String {
     let mut text = format!("{file}\n");
     let mut line = |heading: &str, value: &str| {
         // Writing to a string can't fail.
@@ -169,10 +185,97 @@ fn as_text(file: &str, scene: &Scene, features: ProgramFeatures) -> String {
         scene.warnings.iter().map(Warning::to_string).collect(),
     );
 
-    let (used, left_out) = features.labels();
-    line("used", &used.join(", "));
-    line("left out", &left_out.join(", "));
+    for (heading, wanted) in [("used", true), ("left out", false)] {
+        let entries: Vec<String> = features_of(plan)
+            .filter(|(_, present)| *present == wanted)
+            .map(|(feature, present)| {
+                format!("{:<33} {}", feature.label(), feature.reason(present))
+            })
+            .collect();
+        line(heading, &entries.len().to_string());
+        for entry in entries {
+            line("", &format!("     {entry}"));
+        }
+    }
+    for (heading, value) in cost_lines(&plan.cost) {
+        line(heading, &value);
+    }
     text
+}
+
+/// Every feature, and whether the program has it.
+fn features_of(plan: &Plan) -> impl Iterator<Item = (Feature, bool)> {
+    let features = plan.features;
+    Feature::ALL
+        .iter()
+        .map(move |&feature| (feature, features.has(feature)))
+}
+
+fn cost_json(cost: &Result<Cost, RenderError>) -> Value {
+    match cost {
+        Err(error) => json!({ "error": error.to_string() }),
+        Ok(cost) => {
+            let buffers: Map<String, Value> = cost
+                .buffers
+                .iter()
+                .map(|buffer| (buffer.name.clone(), buffer.bytes.into()))
+                .collect();
+            json!({
+                "spirv_words": cost.spirv_words,
+                "bindings": cost.buffers.len(),
+                "bytes": cost.bytes(),
+                "buffers": buffers,
+                "triangle_bytes": cost.triangle_bytes,
+                "traversal_stack": cost.traversal_stack,
+                "ray_stack": cost.ray_stack,
+                "pixel_bytes": cost.pixel_bytes,
+                "batch_pixels": cost.batch_pixels,
+            })
+        }
+    }
+}
+
+fn cost_lines(cost: &Result<Cost, RenderError>) -> Vec<(&'static str, String)> {
+    let cost = match cost {
+        Ok(cost) => cost,
+        Err(error) => return vec![("cost", format!("can't be rendered: {error}"))],
+    };
+    let program = format!(
+        "{} SPIR-V words, {} bindings",
+        cost.spirv_words,
+        cost.buffers.len()
+    );
+    let memory = format!(
+        "{}, {:.0} bytes of geometry a triangle",
+        size(cost.bytes()),
+        cost.triangle_bytes
+    );
+    let stacks = format!(
+        "{} entries for traversal; {} rays or {} a pixel, {} pixels at a time",
+        cost.traversal_stack,
+        cost.ray_stack,
+        size(cost.pixel_bytes),
+        cost.batch_pixels
+    );
+    let buffers = cost.buffers.iter().map(|buffer| {
+        (
+            "",
+            format!("     {:<15} {}", buffer.name, size(buffer.bytes)),
+        )
+    });
+    let mut lines = vec![("program", program), ("memory", memory)];
+    lines.extend(buffers);
+    lines.push(("stacks", stacks));
+    lines
+}
+
+/// Bytes as people read them.
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1024 => format!("{bytes} bytes"),
+        1024..0x10_0000 => format!("{:.1} KiB", bytes as f64 / 1024.0),
+        _ => format!("{:.1} MiB", bytes as f64 / (1024.0 * 1024.0)),
+    }
 }
 
 fn texture_text(texture: &Texture) -> String {
@@ -197,5 +300,24 @@ fn filter_name(filter: Filter) -> &'static str {
     match filter {
         Filter::Nearest => "nearest",
         Filter::Linear => "linear",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_the_unit_that_fits() {
+        assert_eq!(size(1023), "1023 bytes");
+        assert_eq!(size(1536), "1.5 KiB");
+        assert_eq!(size(3 << 20), "3.0 MiB");
+    }
+
+    #[test]
+    fn what_cannot_be_rendered_says_why() {
+        let failed = Err(RenderError::Settings("too much".to_owned()));
+        assert_eq!(cost_lines(&failed)[0].1, "can't be rendered: too much");
+        assert_eq!(cost_json(&failed)["error"], "too much");
     }
 }

@@ -7,6 +7,7 @@
 mod agreement;
 mod batch;
 mod camera;
+mod cost;
 mod device;
 mod error;
 mod hierarchy;
@@ -25,6 +26,7 @@ pub mod source;
 pub mod specialise;
 pub mod types;
 
+pub use cost::{BufferCost, Cost, cost};
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;
 pub use hierarchy::build_bvh;

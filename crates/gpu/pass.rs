@@ -31,6 +31,28 @@ pub(crate) struct Work<'a> {
     pub(crate) samples: &'a [[f32; 2]],
 }
 
+/// What the buffer of a binding takes.
+pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -> u64 {
+    let slots = u64::from(work.slots);
+    let each = |size: usize| slots * size as u64;
+    match name {
+        "frame" => size_of::<Frame>() as u64,
+        "samples" => u64::from(MAX_SAMPLES) * 8,
+        "media" => (MEDIA * size_of::<Medium>()) as u64,
+        "slots" => each(size_of::<Slot>()),
+        "ray_stack" => slots * work.slot_bytes,
+        "counters" => 4 * COUNTERS as u64,
+        "aovs" => each(size_of::<Aov>()),
+        "probe_rays" => each(size_of::<ProbeRay>()),
+        "probe_hits" => each(size_of::<ProbeHit>()),
+        "piece_arguments" => each(size_of::<PieceCall>()),
+        "piece_results" => each(size_of::<PieceResult>()),
+        "secondary_rays" => each(size_of::<SecondaryRay>()),
+        "secondary_hits" => each(size_of::<SecondaryHit>()),
+        _ => gpu_scene.bytes(name).unwrap_or_default().len() as u64,
+    }
+}
+
 /// A kernel with its buffers: those that its program still names, no others.
 pub(crate) struct Pass {
     pipeline: Pipeline,
@@ -49,81 +71,23 @@ impl Pass {
     ) -> Result<Self, RenderError> {
         let module = assemble(kernel, features, limits)?;
         let pipeline = Pipeline::new(device, kernel, module)?;
-        let slots = u64::from(work.slots);
-        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let mut buffers = Buffers::default();
         for binding in pipeline.bindings() {
             let name = binding.name.as_str();
+            let size = binding_bytes(name, gpu_scene, work);
+            let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
             match name {
-                "frame" => buffers.reserve(
-                    device,
-                    name,
-                    size_of::<Frame>() as u64,
-                    BufferUsages::UNIFORM,
-                )?,
+                "frame" => buffers.reserve(device, name, size, BufferUsages::UNIFORM)?,
                 "samples" => {
-                    buffers.upload_uniform(
-                        device,
-                        name,
-                        cast_slice(work.samples),
-                        u64::from(MAX_SAMPLES) * 8,
-                    )?;
+                    buffers.upload_uniform(device, name, cast_slice(work.samples), size)?;
                 }
                 "media" => {
-                    buffers.upload_uniform(
-                        device,
-                        name,
-                        cast_slice(&gpu_scene.media),
-                        (MEDIA * size_of::<Medium>()) as u64,
-                    )?;
+                    buffers.upload_uniform(device, name, cast_slice(&gpu_scene.media), size)?;
                 }
-                "slots" => {
-                    buffers.reserve(device, name, slots * size_of::<Slot>() as u64, readable)?
-                }
-                "ray_stack" => {
-                    buffers.reserve(
-                        device,
-                        name,
-                        slots * work.slot_bytes,
-                        BufferUsages::STORAGE,
-                    )?;
-                }
-                "counters" => buffers.reserve(device, name, 4 * COUNTERS as u64, readable)?,
-                "aovs" => {
-                    buffers.reserve(device, name, slots * size_of::<Aov>() as u64, readable)?
-                }
-                "probe_rays" => {
-                    buffers.reserve(
-                        device,
-                        name,
-                        slots * size_of::<ProbeRay>() as u64,
-                        BufferUsages::STORAGE,
-                    )?;
-                }
-                "probe_hits" => {
-                    buffers.reserve(device, name, slots * size_of::<ProbeHit>() as u64, readable)?
-                }
-                "piece_arguments" => buffers.reserve(
-                    device,
-                    name,
-                    slots * size_of::<PieceCall>() as u64,
-                    BufferUsages::STORAGE,
-                )?,
-                "piece_results" => {
-                    buffers.reserve(
-                        device,
-                        name,
-                        slots * size_of::<PieceResult>() as u64,
-                        readable,
-                    )?;
-                }
-                "secondary_rays" => {
-                    let size = slots * size_of::<SecondaryRay>() as u64;
+                "slots" | "counters" | "aovs" | "probe_hits" | "piece_results"
+                | "secondary_hits" => buffers.reserve(device, name, size, readable)?,
+                "ray_stack" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
                     buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
-                }
-                "secondary_hits" => {
-                    let size = slots * size_of::<SecondaryHit>() as u64;
-                    buffers.reserve(device, name, size, readable)?;
                 }
                 _ => {
                     let bytes = gpu_scene.bytes(name).unwrap_or_default();

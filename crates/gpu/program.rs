@@ -41,7 +41,7 @@ impl Kernel {
 }
 
 macro_rules! features {
-    ($($feature:ident $override_name:literal $label:literal,)*) => {
+    ($($feature:ident $override_name:literal $label:literal $present:literal, $absent:literal,)*) => {
         /// What a program can contain; each is an override in `shaders/features.wgsl`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs, reason = "explained in shaders/features.wgsl")]
@@ -62,37 +62,69 @@ macro_rules! features {
             pub fn label(self) -> &'static str {
                 match self { $(Self::$feature => $label),* }
             }
+
+            /// Why a program has it, or has not.
+            #[must_use]
+            pub fn reason(self, present: bool) -> &'static str {
+                match self { $(Self::$feature => if present { $present } else { $absent }),* }
+            }
         }
     };
 }
 
 features! {
-    Orthographic "HAS_ORTHOGRAPHIC" "orthographic camera",
-    Culling "HAS_CULLING" "back-face culling",
-    Mask "HAS_MASK" "alpha masks",
-    Blend "HAS_BLEND" "alpha blending",
-    Unlit "HAS_UNLIT" "unlit materials",
-    Textures "HAS_TEXTURES" "textures",
-    NormalMaps "HAS_NORMAL_MAPS" "normal maps",
-    VertexColors "HAS_VERTEX_COLORS" "vertex colours",
-    Branches "HAS_BRANCHES" "ray trees",
-    Reflection "HAS_REFLECTION" "reflected rays",
-    Transmission "HAS_TRANSMISSION" "transmitted rays",
-    Solids "HAS_SOLIDS" "refraction in solids",
-    Absorption "HAS_ABSORPTION" "absorption in solids",
-    Priorities "HAS_PRIORITIES" "priorities of solids",
-    Contact "HAS_CONTACT" "faces of solids that coincide",
-    StraightOn "HAS_STRAIGHT_ON" "rays that go straight on",
-    TransparentShadows "HAS_TRANSPARENT_SHADOWS" "transparent shadows",
-    Lights "HAS_LIGHTS" "punctual lights",
-    ManyLights "HAS_MANY_LIGHTS" "more than one light",
-    Environment "HAS_ENVIRONMENT" "environment map",
-    Whitted "HAS_WHITTED" "the book's shading model",
-    LongRays "HAS_LONG_RAYS" "rays that take several dispatches",
-    Counters "HAS_COUNTERS" "counters",
-    Watertight "HAS_WATERTIGHT" "watertight triangles",
-    PaddedBoxes "HAS_PADDED_BOXES" "padded boxes",
-    ErrorBounds "HAS_ERROR_BOUNDS" "error bounds",
+    Orthographic "HAS_ORTHOGRAPHIC" "orthographic camera"
+        "the camera is orthographic", "the camera is perspective",
+    Culling "HAS_CULLING" "back-face culling"
+        "backs of single-sided opaque materials are not seen", "no material is single-sided and opaque",
+    Mask "HAS_MASK" "alpha masks"
+        "a material cuts holes by alpha", "no material cuts holes by alpha",
+    Blend "HAS_BLEND" "alpha blending"
+        "a material blends by alpha", "no material blends by alpha",
+    Unlit "HAS_UNLIT" "unlit materials"
+        "a material is unlit", "no material is unlit",
+    Textures "HAS_TEXTURES" "textures"
+        "a material reads an image", "no material reads an image",
+    NormalMaps "HAS_NORMAL_MAPS" "normal maps"
+        "a material has a normal map", "no material has a normal map that bends anything",
+    VertexColors "HAS_VERTEX_COLORS" "vertex colours"
+        "the geometry has colours", "the geometry has no colours",
+    Branches "HAS_BRANCHES" "ray trees"
+        "a hit can spawn rays", "no hit spawns rays",
+    Reflection "HAS_REFLECTION" "reflected rays"
+        "a surface is smooth enough to mirror", "every surface is too rough to mirror, or the depth is 0",
+    Transmission "HAS_TRANSMISSION" "transmitted rays"
+        "a material transmits light", "no material transmits light",
+    Solids "HAS_SOLIDS" "refraction in solids"
+        "a material that transmits bounds a volume", "no material that transmits bounds a volume",
+    Absorption "HAS_ABSORPTION" "absorption in solids"
+        "a solid absorbs", "no solid absorbs",
+    Priorities "HAS_PRIORITIES" "priorities of solids"
+        "solids differ in priority", "no two solids differ in priority",
+    Contact "HAS_CONTACT" "faces of solids that coincide"
+        "faces of solids lie in one place with others", "no solid's face lies in one place with another",
+    StraightOn "HAS_STRAIGHT_ON" "rays that go straight on"
+        "light can pass a surface as it came", "no ray passes a surface as it came",
+    TransparentShadows "HAS_TRANSPARENT_SHADOWS" "transparent shadows"
+        "what blends, transmits or has holes may lie before a light", "nothing that lets light through lies before a light",
+    Lights "HAS_LIGHTS" "punctual lights"
+        "there is a punctual light", "there is no punctual light",
+    ManyLights "HAS_MANY_LIGHTS" "more than one light"
+        "there is more than one light", "there is one light or none",
+    Environment "HAS_ENVIRONMENT" "environment map"
+        "there is an environment map", "there is no environment map",
+    Whitted "HAS_WHITTED" "the book's shading model"
+        "--shading whitted", "--shading pbr",
+    LongRays "HAS_LONG_RAYS" "rays that take several dispatches"
+        "there are triangles enough for one ray to keep a device busy", "there are too few triangles for a ray to take long",
+    Counters "HAS_COUNTERS" "counters"
+        "counting was asked for", "counting was not asked for",
+    Watertight "HAS_WATERTIGHT" "watertight triangles"
+        "robust numerics", "the book's numerics",
+    PaddedBoxes "HAS_PADDED_BOXES" "padded boxes"
+        "robust numerics", "the book's numerics",
+    ErrorBounds "HAS_ERROR_BOUNDS" "error bounds"
+        "robust numerics", "the book's numerics",
 }
 
 /// The set of features that a program has.

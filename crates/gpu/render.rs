@@ -211,8 +211,8 @@ pub(crate) fn frame_of(
 }
 
 /// A picture's layout in batches, and the frame that they share.
-struct Plan {
-    frame: Frame,
+pub(crate) struct Plan {
+    pub(crate) frame: Frame,
     tiling: Tiling,
     batches: Vec<Batch>,
     slot_bytes: u64,
@@ -220,7 +220,7 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(
+    pub(crate) fn new(
         scene: &Scene,
         gpu: &GpuScene,
         bvh: &Bvh,
@@ -287,7 +287,7 @@ impl Plan {
         }
     }
 
-    fn work(&self) -> Work<'_> {
+    pub(crate) fn work(&self) -> Work<'_> {
         let tiles = self
             .batches
             .iter()

@@ -33,9 +33,9 @@ pub use raytree_film::{
     Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
 };
 pub use raytree_gpu::{
-    Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature, Numerics,
-    ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes, Rendered, Shading,
-    build_bvh, list_devices,
+    BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature,
+    Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
+    Rendered, Shading, build_bvh, cost, list_devices,
 };
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},

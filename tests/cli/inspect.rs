@@ -32,6 +32,11 @@ fn inspect_shows_what_is_in_a_scene() {
         "orthographic",
         "spot",
         "left out",
+        "alpha masks                       a material cuts holes by alpha",
+        "unlit materials                   no material is unlit",
+        "SPIR-V words",
+        "bytes of geometry a triangle",
+        "leaf_vertices",
     ] {
         assert!(text.contains(word), "no '{word}' in: {text}");
     }
@@ -51,11 +56,19 @@ fn inspect_shows_what_is_in_a_scene() {
         "lights",
         "cameras",
         "features",
+        "cost",
         "warnings",
     ];
     assert_eq!(keys(&report), all);
     assert_eq!(report["cameras"][1]["name"], "Above");
     assert_eq!(report["lights"].as_array().unwrap().len(), 3);
+    let cost = &report["cost"];
+    assert_eq!(
+        cost["buffers"]["leaf_vertices"],
+        48 * report["triangles"].as_u64().unwrap()
+    );
+    assert_eq!(cost["bindings"], cost["buffers"].as_object().unwrap().len());
+    assert!(cost["spirv_words"].as_u64().unwrap() > 1000);
 
     let report = folder.json("inspect triangle.gltf --json");
     assert_eq!(report["triangles"], 1);

@@ -1,0 +1,197 @@
+//! What a scene's program and buffers cost: all that can be said before a device is asked.
+
+use naga::back::spv;
+use raytree_bvh::Bvh;
+use raytree_scene::{features::SceneFeatures, model::Scene};
+
+use crate::{
+    error::RenderError,
+    pass::binding_bytes,
+    pipeline::bindings_of,
+    program::{Kernel, ProgramError, ProgramFeatures, assemble},
+    render::{EXTRA_ITEMS, Plan},
+    settings::RenderSettings,
+    source::Limits,
+    specialise::{SpecialiseError, validate},
+    upload::GpuScene,
+};
+
+/// The buffers whose size goes with the number of triangles.
+const GEOMETRY: [&str; 4] = ["nodes", "leaf_vertices", "leaf_triangles", "attributes"];
+
+/// What rendering a scene takes besides time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cost {
+    /// What the program has.
+    pub features: ProgramFeatures,
+    /// Of the program, as naga writes it: what the driver has to compile.
+    pub spirv_words: usize,
+    /// The program's buffers, in the order of their bindings.
+    pub buffers: Vec<BufferCost>,
+    /// Of the geometry's buffers, hierarchy included, for each triangle; 0 without triangles.
+    pub triangle_bytes: f64,
+    /// Entries of the traversal stack of a ray.
+    pub traversal_stack: u32,
+    /// Work items that a pixel may leave pending.
+    pub ray_stack: u32,
+    /// Of a pixel's ray stack, with what a suspended traversal takes.
+    pub pixel_bytes: u64,
+    /// Pixels that are rendered at once, and have a stack each.
+    pub batch_pixels: u32,
+}
+
+/// A buffer that the program binds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BufferCost {
+    /// Its name in `shaders/bindings.wgsl`.
+    pub name: String,
+    /// Its size.
+    pub bytes: u64,
+}
+
+impl Cost {
+    /// Of all buffers.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.buffers.iter().map(|buffer| buffer.bytes).sum()
+    }
+}
+
+/// What a picture of `scene` takes with these settings, first-hit layers left out.
+///
+/// # Errors
+/// [`RenderError::Media`] of a scene with too many media, [`RenderError::Program`] where the shaders are broken.
+pub fn cost(scene: &Scene, bvh: &Bvh, settings: &RenderSettings) -> Result<Cost, RenderError> {
+    let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+    let limits = Limits::for_depth(bvh.depth);
+    let module = assemble(Kernel::Render, features, limits)?;
+    let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+    let work = plan.work();
+    let buffers: Vec<BufferCost> = bindings_of(&module)
+        .into_iter()
+        .map(|binding| BufferCost {
+            bytes: binding_bytes(&binding.name, &gpu_scene, &work),
+            name: binding.name,
+        })
+        .collect();
+    let geometry: u64 = buffers
+        .iter()
+        .filter(|buffer| GEOMETRY.contains(&buffer.name.as_str()))
+        .map(|buffer| buffer.bytes)
+        .sum();
+    let triangles = scene.geometry.triangles.len();
+    Ok(Cost {
+        features,
+        spirv_words: spirv_words(&module)?,
+        triangle_bytes: if triangles == 0 {
+            0.0
+        } else {
+            geometry as f64 / triangles as f64
+        },
+        traversal_stack: limits.traversal_stack,
+        ray_stack: plan.frame.stack_capacity + EXTRA_ITEMS,
+        pixel_bytes: work.slot_bytes,
+        batch_pixels: work.slots,
+        buffers,
+    })
+}
+
+fn spirv_words(module: &naga::Module) -> Result<usize, ProgramError> {
+    let failed = |message: String| SpecialiseError {
+        kernel: Kernel::Render.name().to_owned(),
+        message,
+    };
+    let info = validate(module).map_err(failed)?;
+    let words = spv::write_vec(module, &info, &spv::Options::default(), None)
+        .map_err(|error| failed(error.to_string()))?;
+    Ok(words.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+    use raytree_bvh::Preset;
+    use raytree_scene::{
+        default_view::frame_scene,
+        model::{Material, Triangle},
+    };
+
+    use super::*;
+    use crate::build_bvh;
+
+    fn triangles(count: u32) -> Scene {
+        let mut scene = Scene::default();
+        scene.materials.push(Material {
+            metallic: 0.0,
+            roughness: 0.0,
+            ..Material::default()
+        });
+        for k in 0..count {
+            let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + Vec3::Z * k as f32);
+            scene.geometry.positions.extend(corners);
+            scene.geometry.normals.extend([Vec3::Z; 3]);
+            scene.geometry.triangles.push(Triangle {
+                vertices: [0, 1, 2].map(|corner| 3 * k + corner),
+                material: 0,
+                node: 0,
+            });
+        }
+        scene
+    }
+
+    fn settings(size: u32) -> RenderSettings {
+        RenderSettings::new(size, size, frame_scene(DVec3::ZERO, DVec3::ONE, 1.0))
+    }
+
+    fn cost_of(scene: &Scene, settings: &RenderSettings) -> Cost {
+        cost(
+            scene,
+            &build_bvh(scene, Preset::default()).unwrap(),
+            settings,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_buffer_costs_what_is_uploaded() {
+        let scene = triangles(10);
+        let found = cost_of(&scene, &settings(64));
+        let bytes = |name: &str| {
+            let buffer = found.buffers.iter().find(|buffer| buffer.name == name);
+            buffer.map(|buffer| buffer.bytes)
+        };
+        assert_eq!(bytes("leaf_vertices"), Some(10 * 48));
+        assert_eq!(bytes("leaf_triangles"), Some(10 * 24));
+        assert_eq!(bytes("attributes"), Some(30 * 12));
+        assert_eq!(bytes("texels"), None);
+        let geometry = (10 * (48 + 24) + 30 * 12) as f64 + bytes("nodes").unwrap() as f64;
+        assert_eq!(found.triangle_bytes, geometry / 10.0);
+        assert_eq!(bytes("ray_stack"), Some(64 * 64 * found.pixel_bytes));
+        assert!(found.bytes() > geometry as u64);
+    }
+
+    #[test]
+    fn what_is_needed_costs_more() {
+        let opaque = triangles(1);
+        let mut glass = opaque.clone();
+        glass.materials[0].transmission = 1.0;
+        let settings = settings(64);
+        let (opaque, glass) = (cost_of(&opaque, &settings), cost_of(&glass, &settings));
+        assert!(glass.spirv_words > opaque.spirv_words);
+        assert!(glass.features != opaque.features);
+        let deeper = RenderSettings {
+            max_depth: settings.max_depth + 10,
+            ..settings
+        };
+        let mut glass_scene = triangles(1);
+        glass_scene.materials[0].transmission = 1.0;
+        assert!(cost_of(&glass_scene, &deeper).ray_stack > glass.ray_stack);
+    }
+
+    #[test]
+    fn nothing_costs_nothing_a_triangle() {
+        let found = cost_of(&Scene::default(), &settings(8));
+        assert_eq!(found.triangle_bytes, 0.0);
+    }
+}
