@@ -43,7 +43,7 @@ impl Plan {
         let bvh = raytree::build_bvh(&lit, Preset::default());
         let cost = bvh
             .map_err(RenderError::from)
-            .and_then(|bvh| raytree::cost(&lit, &bvh, &settings));
+            .and_then(|bvh| raytree::cost(&lit, &bvh, &settings, features));
         Self { features, cost }
     }
 }
@@ -82,8 +82,10 @@ fn as_json(file: &str, scene: &Scene, plan: &Plan) -> Value {
     );
     let warnings: Vec<String> = scene.warnings.iter().map(Warning::to_string).collect();
     let (used, left_out) = plan.features.labels();
-    let reasons: Map<String, Value> = features_of(plan)
-        .map(|(feature, present)| (feature.label().to_owned(), feature.reason(present).into()))
+    let reason = |feature: Feature| feature.reason(plan.features.has(feature)).into();
+    let reasons: Map<String, Value> = Feature::ALL
+        .iter()
+        .map(|&feature| (feature.label().to_owned(), reason(feature)))
         .collect();
     json!({
         "file": file,
@@ -185,30 +187,18 @@ fn as_text(file: &str, scene: &Scene, plan: &Plan) -> String {
         scene.warnings.iter().map(Warning::to_string).collect(),
     );
 
-    for (heading, wanted) in [("used", true), ("left out", false)] {
-        let entries: Vec<String> = features_of(plan)
-            .filter(|(_, present)| *present == wanted)
-            .map(|(feature, present)| {
-                format!("{:<33} {}", feature.label(), feature.reason(present))
-            })
-            .collect();
-        line(heading, &entries.len().to_string());
-        for entry in entries {
-            line("", &format!("     {entry}"));
+    let (used, left_out) = plan.features.used_and_left_out();
+    for (heading, features, present) in [("used", used, true), ("left out", left_out, false)] {
+        line(heading, &features.len().to_string());
+        for feature in features {
+            let (label, reason) = (feature.label(), feature.reason(present));
+            line("", &format!("     {label:<33} {reason}"));
         }
     }
     for (heading, value) in cost_lines(&plan.cost) {
         line(heading, &value);
     }
     text
-}
-
-/// Every feature, and whether the program has it.
-fn features_of(plan: &Plan) -> impl Iterator<Item = (Feature, bool)> {
-    let features = plan.features;
-    Feature::ALL
-        .iter()
-        .map(move |&feature| (feature, features.has(feature)))
 }
 
 fn cost_json(cost: &Result<Cost, RenderError>) -> Value {

@@ -2,7 +2,7 @@
 
 use naga::back::spv;
 use raytree_bvh::Bvh;
-use raytree_scene::{features::SceneFeatures, model::Scene};
+use raytree_scene::model::Scene;
 
 use crate::{
     error::RenderError,
@@ -22,8 +22,6 @@ const GEOMETRY: [&str; 4] = ["nodes", "leaf_vertices", "leaf_triangles", "attrib
 /// What rendering a scene takes besides time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// What the program has.
-    pub features: ProgramFeatures,
     /// Of the program, as naga writes it: what the driver has to compile.
     pub spirv_words: usize,
     /// The program's buffers, in the order of their bindings.
@@ -57,12 +55,16 @@ impl Cost {
     }
 }
 
-/// What a picture of `scene` takes with these settings, first-hit layers left out.
+/// What a picture of `scene` takes with these settings by a program with these features, first-hit layers left out.
 ///
 /// # Errors
 /// [`RenderError::Media`] of a scene with too many media, [`RenderError::Program`] where the shaders are broken.
-pub fn cost(scene: &Scene, bvh: &Bvh, settings: &RenderSettings) -> Result<Cost, RenderError> {
-    let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+pub fn cost(
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &RenderSettings,
+    features: ProgramFeatures,
+) -> Result<Cost, RenderError> {
     let limits = Limits::for_depth(bvh.depth);
     let module = assemble(Kernel::Render, features, limits)?;
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
@@ -82,7 +84,6 @@ pub fn cost(scene: &Scene, bvh: &Bvh, settings: &RenderSettings) -> Result<Cost,
         .sum();
     let triangles = scene.geometry.triangles.len();
     Ok(Cost {
-        features,
         spirv_words: spirv_words(&module)?,
         triangle_bytes: if triangles == 0 {
             0.0
@@ -114,6 +115,7 @@ mod tests {
     use raytree_bvh::Preset;
     use raytree_scene::{
         default_view::frame_scene,
+        features::SceneFeatures,
         model::{Material, Triangle},
     };
 
@@ -144,11 +146,16 @@ mod tests {
         RenderSettings::new(size, size, frame_scene(DVec3::ZERO, DVec3::ONE, 1.0))
     }
 
+    fn features_of(scene: &Scene, settings: &RenderSettings) -> ProgramFeatures {
+        ProgramFeatures::of(&SceneFeatures::of(scene), settings)
+    }
+
     fn cost_of(scene: &Scene, settings: &RenderSettings) -> Cost {
         cost(
             scene,
             &build_bvh(scene, Preset::default()).unwrap(),
             settings,
+            features_of(scene, settings),
         )
         .unwrap()
     }
@@ -177,16 +184,14 @@ mod tests {
         let mut glass = opaque.clone();
         glass.materials[0].transmission = 1.0;
         let settings = settings(64);
-        let (opaque, glass) = (cost_of(&opaque, &settings), cost_of(&glass, &settings));
-        assert!(glass.spirv_words > opaque.spirv_words);
-        assert!(glass.features != opaque.features);
+        assert!(features_of(&glass, &settings) != features_of(&opaque, &settings));
+        let (opaque, glass_cost) = (cost_of(&opaque, &settings), cost_of(&glass, &settings));
+        assert!(glass_cost.spirv_words > opaque.spirv_words);
         let deeper = RenderSettings {
             max_depth: settings.max_depth + 10,
             ..settings
         };
-        let mut glass_scene = triangles(1);
-        glass_scene.materials[0].transmission = 1.0;
-        assert!(cost_of(&glass_scene, &deeper).ray_stack > glass.ray_stack);
+        assert!(cost_of(&glass, &deeper).ray_stack > glass_cost.ray_stack);
     }
 
     #[test]

@@ -202,11 +202,16 @@ impl ProgramFeatures {
         self.0 & (1 << feature as u32) != 0
     }
 
+    /// Those in, and those left out.
+    #[must_use]
+    pub fn used_and_left_out(self) -> (Vec<Feature>, Vec<Feature>) {
+        Feature::ALL.iter().partition(|feature| self.has(**feature))
+    }
+
     /// What users read: labels of those in, and of those left out.
     #[must_use]
     pub fn labels(self) -> (Vec<&'static str>, Vec<&'static str>) {
-        let (used, left_out): (Vec<Feature>, Vec<Feature>) =
-            Feature::ALL.iter().partition(|feature| self.has(**feature));
+        let (used, left_out) = self.used_and_left_out();
         let labels = |features: Vec<Feature>| features.into_iter().map(Feature::label).collect();
         (labels(used), labels(left_out))
     }

@@ -39,9 +39,12 @@ pub fn difference(ours: [f64; 3], theirs: [f64; 3]) -> f64 {
     channels.into_iter().fold(0.0, worse)
 }
 
-/// [`difference`] of the pixel that differs most; NaN if any is.
+/// [`difference`] of the pixel that differs most; NaN if any is, or if the pictures are not of one size.
 #[must_use]
 pub fn largest_difference(ours: &Film, theirs: &Film) -> f64 {
+    if ours.radiance.len() != theirs.radiance.len() {
+        return f64::NAN;
+    }
     let pixels = ours.radiance.iter().zip(&theirs.radiance);
     pixels
         .map(|(ours, theirs)| difference(ours.map(f64::from), theirs.map(f64::from)))

@@ -4,10 +4,10 @@ use glam::DVec3;
 use raytree_gpu::RenderSettings;
 use serde_json::json;
 
-use super::scale::{Picture, larger, renders_alike, worst_pixel};
+use super::scale::{Picture, renders_alike};
 use crate::{
     documents::{Document, default_camera},
-    judge::judge_picture,
+    judge::{judge_picture, largest_difference, worse},
     made::Made,
     report::Limit,
     stage::{Stage, StressError},
@@ -48,7 +48,7 @@ fn moved(stage: &mut Stage<'_>, document: &Document) -> Result<(), StressError> 
                 scenes += u32::from(differs);
                 if differs || (step == RENDERED && axis == DVec3::X) {
                     let film = Picture::of(stage, scene)?.film;
-                    worst = larger(worst, worst_pixel(&film, &unmoved.film));
+                    worst = worse(worst, largest_difference(&film, &unmoved.film));
                 }
             }
         }
@@ -91,7 +91,7 @@ fn small_on_large(stage: &mut Stage<'_>, lit: bool) -> Result<(), StressError> {
         let [x, z] = place;
         stage.record(
             format!("{look} thing at ({x}, {z}) m: worst pixel against the middle"),
-            worst_pixel(&picture.film, &at_middle.film),
+            largest_difference(&picture.film, &at_middle.film),
             LIMIT,
         );
         against_oracle(stage, &picture, format!("{look} thing at ({x}, {z}) m"));

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::{
     documents::{Document, default_camera},
-    judge::difference,
+    judge::{largest_difference, worse},
     report::Limit,
     stage::{Stage, StressError},
 };
@@ -86,7 +86,7 @@ fn by_powers_of_ten(
         scenes += u32::from(differs);
         if differs || RENDERED_OF_TEN.contains(&k) {
             let film = Picture::of(stage, scene)?.film;
-            worst = larger(worst, worst_pixel(&film, &unscaled.film));
+            worst = worse(worst, largest_difference(&film, &unscaled.film));
         }
     }
     stage.record_with(
@@ -210,21 +210,6 @@ fn different_pixels(a: &Film, b: &Film) -> usize {
     a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
 }
 
-/// The largest difference of a pixel's channel; NaN if any is, or if the pictures are not of one size.
-pub(crate) fn worst_pixel(a: &Film, b: &Film) -> f64 {
-    if a.radiance.len() != b.radiance.len() {
-        return f64::NAN;
-    }
-    let pixels = a.radiance.iter().zip(&b.radiance);
-    let differences = pixels.map(|(a, b)| difference(a.map(f64::from), b.map(f64::from)));
-    differences.fold(0.0, larger)
-}
-
-/// The larger of the two; NaN if one is.
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -250,10 +235,10 @@ mod tests {
         let (one, mut other) = (Film::new(3, 2), Film::new(3, 2));
         other.radiance[1][2] = 0.25;
         other.radiance[3][0] = 0.125;
-        assert_eq!(worst_pixel(&one, &other), 0.25);
+        assert_eq!(largest_difference(&one, &other), 0.25);
         other.radiance[2][0] = f32::NAN;
-        assert!(worst_pixel(&one, &other).is_nan());
-        assert!(worst_pixel(&one, &Film::new(2, 2)).is_nan());
+        assert!(largest_difference(&one, &other).is_nan());
+        assert!(largest_difference(&one, &Film::new(2, 2)).is_nan());
     }
 
     #[test]

@@ -11,6 +11,7 @@ use super::{
     twin::{Encounter, Outcome, angle, outcome},
 };
 use crate::{
+    judge::worse,
     random::Random,
     report::Limit,
     stage::{Stage, StressError},
@@ -154,11 +155,7 @@ struct Errors {
 
 impl Errors {
     fn add(&mut self, right: &Outcome, answer: &Answer) {
-        let raise = |worst: &mut f64, error: f64| {
-            if error > *worst || error.is_nan() {
-                *worst = error;
-            }
-        };
+        let raise = |worst: &mut f64, error: f64| *worst = worse(*worst, error);
         let sum = answer.reflected_weight + answer.refracted_weight;
         raise(&mut self.balance, (sum - 1.0).abs());
         let off = (answer.reflected_weight - right.reflectance).abs();

@@ -7,7 +7,7 @@ use raytree_scene::model::Scene;
 
 use super::scenes::{Blocks, settings, solid};
 use crate::{
-    judge::judge_picture,
+    judge::{judge_picture, worse},
     report::Limit,
     scenes::{Build, pinhole},
     stage::{Stage, StressError},
@@ -144,15 +144,6 @@ fn outside_of_furnace(film: &Film) -> f64 {
         let beyond = if value > 0.5 { value - 1.0 } else { -value };
         worse(worst, beyond)
     })
-}
-
-/// The larger one; NaN is the worst of all.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.max(b)
-    }
 }
 
 fn different_pixels(a: &Film, b: &Film) -> usize {
