@@ -3,16 +3,22 @@
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// The scene.
-@group(0) @binding(1) var<storage, read> nodes: array<vec4u>; // CWBVH, 5 a node
-@group(0) @binding(2) var<storage, read> leaf_vertices: array<f32>; // 12 a triangle, in leaf order: corners, unit normal
-@group(0) @binding(3) var<storage, read> leaf_triangles: array<LeafTriangle>; // in leaf order
-@group(0) @binding(4) var<storage, read> attributes: array<f32>; // normals, then uv sets, then colours, then tangents
-@group(0) @binding(5) var<storage, read> materials: array<Material>;
-@group(0) @binding(6) var<storage, read> texels: array<u32>; // 256 floats that decode sRGB, images (RGBA8), environment (3 floats)
-@group(0) @binding(7) var<storage, read> lights: array<Light>;
-@group(0) @binding(8) var<uniform> media: array<Medium, MEDIA>; // in the order of their rank: README.md, "Media"
-@group(0) @binding(9) var<uniform> samples: array<vec4f, SAMPLE_PAIRS>; // offsets from the middle of a pixel, pixels: two each
+// The scene, in tables: textures of 32-bit words that are read texel by texel (tables.wgsl).
+@group(0) @binding(1) var nodes: texture_2d<u32>; // CWBVH, 5 texels a node
+@group(0) @binding(2) var leaf_vertices: texture_2d<u32>; // in leaf order, 3 texels a triangle: corners, unit normal
+@group(0) @binding(3) var leaf_triangles: texture_2d<u32>; // LeafTriangle, in leaf order
+@group(0) @binding(4) var leaf_materials: texture_2d<u32>; // in leaf order, one word a triangle
+@group(0) @binding(5) var leaf_nodes: texture_2d<u32>; // .. of the scene's tree, not of the hierarchy
+@group(0) @binding(6) var attributes: texture_2d<u32>; // frame.vertex_words texels a vertex: normal, then uv sets, colour, tangent
+@group(0) @binding(7) var materials: texture_2d<u32>; // Material
+@group(0) @binding(8) var texture_uses: texture_2d<u32>; // TextureUse, MATERIAL_TEXTURES for each material
+@group(0) @binding(9) var texels: texture_2d<u32>; // of all images, RGBA8: one word each
+@group(0) @binding(10) var environment: texture_2d<u32>; // of all levels of the environment map: one colour each
+@group(0) @binding(11) var lights: texture_2d<u32>; // Light
+
+@group(0) @binding(12) var<uniform> media: array<Medium, MEDIA>; // in the order of their rank: README.md, "Media"
+@group(0) @binding(13) var<uniform> samples: array<vec4f, SAMPLE_PAIRS>; // offsets from the middle of a pixel, pixels: two each
+@group(0) @binding(14) var<uniform> decoded_srgb: array<vec4f, SRGB_CODES / 4>; // of each code of 8 bits (IEC 61966-2-1)
 
 // What a kernel writes.
 @group(1) @binding(0) var<storage, read_write> slots: array<Slot>;

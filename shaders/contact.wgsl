@@ -80,7 +80,7 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
         return true;
     }
     if (medium == 0u) {
-        if ((leaf_triangles[hit.leaf].entry & LEAF_TRANSPARENT) != 0u) {
+        if ((leaf_triangle(hit.leaf).entry & LEAF_TRANSPARENT) != 0u) {
             return true;
         }
         // Nothing is left or entered in front of an opaque face.

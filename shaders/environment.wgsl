@@ -16,8 +16,7 @@ fn environment_uv(direction: vec3f) -> vec2f {
 fn environment_texel(level: EnvironmentLevel, x: i32, y: i32) -> vec3f {
     let column = u32(wrap_texel(x, i32(level.width), WRAP_REPEAT));
     let row = u32(wrap_texel(y, i32(level.height), WRAP_CLAMP));
-    let at = level.offset + 3u * (row * level.width + column);
-    return vec3f(bitcast<f32>(texels[at]), bitcast<f32>(texels[at + 1u]), bitcast<f32>(texels[at + 2u]));
+    return environment_color(level.offset + row * level.width + column);
 }
 
 // Bilinear.

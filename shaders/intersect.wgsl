@@ -100,13 +100,10 @@ struct Vertices {
 }
 
 fn leaf_positions(leaf: u32) -> Vertices {
-    let at = leaf * 12u;
-    return Vertices(
-        vec3f(leaf_vertices[at], leaf_vertices[at + 1u], leaf_vertices[at + 2u]),
-        vec3f(leaf_vertices[at + 3u], leaf_vertices[at + 4u], leaf_vertices[at + 5u]),
-        vec3f(leaf_vertices[at + 6u], leaf_vertices[at + 7u], leaf_vertices[at + 8u]),
-        vec3f(leaf_vertices[at + 9u], leaf_vertices[at + 10u], leaf_vertices[at + 11u]),
-    );
+    let a = leaf_vertex_word(3u * leaf);
+    let b = leaf_vertex_word(3u * leaf + 1u);
+    let c = leaf_vertex_word(3u * leaf + 2u);
+    return Vertices(a.xyz, vec3f(a.w, b.xy), vec3f(b.zw, c.x), c.yzw);
 }
 
 // What a ray keeps for its box tests.
@@ -150,11 +147,11 @@ fn intersect_children(
 // The children that the ray meets in [t_min, t_max]: bits 24-31 inner nodes in the order to visit them (highest first), bits
 // 0-23 triangles from the node's first.
 fn intersect_node(ray: BoxRay, word: u32, t_min: f32, t_max: f32) -> u32 {
-    let head = nodes[word];
-    let child_slots = nodes[word + 1u].zw;
-    let bounds_x = nodes[word + 2u]; // min of children 0-3, 4-7, max of children 0-3, 4-7
-    let bounds_y = nodes[word + 3u];
-    let bounds_z = nodes[word + 4u];
+    let head = node_word(word);
+    let child_slots = node_word(word + 1u).zw;
+    let bounds_x = node_word(word + 2u); // min of children 0-3, 4-7, max of children 0-3, 4-7
+    let bounds_y = node_word(word + 3u);
+    let bounds_z = node_word(word + 4u);
 
     let exponents = (vec3u(head.w) >> vec3u(0u, 8u, 16u)) & vec3u(0xffu);
     let step = bitcast<vec3f>(exponents << vec3u(23u)) * ray.inverse;

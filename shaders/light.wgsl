@@ -7,7 +7,7 @@ struct LightSample {
 }
 
 fn sample_light(index: u32, position: vec3f) -> LightSample {
-    let light = lights[index];
+    let light = load_light(index);
     if (light.kind == LIGHT_DIRECTIONAL) {
         return LightSample(-light.direction, T_MAX, light.intensity);
     }

@@ -85,7 +85,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
         }
     }
     if (item.kind == LIGHTS) {
-        item.hit = Hit(0.0, leaf_triangles[c.w].entry & LEAF_TRIANGLE, c.w, false); // whether seen from behind, surface_at finds again
+        item.hit = Hit(0.0, leaf_triangle(c.w).entry & LEAF_TRIANGLE, c.w, false); // whether seen from behind, surface_at finds again
     }
     return item;
 }

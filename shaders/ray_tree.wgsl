@@ -70,11 +70,11 @@ fn arrive(item: WorkItem) {
 // The boundary between the medium that a ray is in and what is beyond the surface.
 fn interface_between(surface: Surface, wo_rest: vec3f, media_: vec2u, through: vec2u) -> Interface {
     var eta_i = 1.0;
-    var eta_t = materials[surface.material].ior;
+    var eta_t = surface.ior;
     var bends = false;
     if (HAS_SOLIDS) {
         eta_i = medium_ior(media_);
-        bends = materials[surface.material].medium != 0u;
+        bends = surface.medium != 0u;
         if (bends) {
             eta_t = medium_ior(through);
         }
@@ -87,7 +87,7 @@ fn crossing_at(surface: Surface, media_: vec2u) -> Crossing {
     if (HAS_CONTACT) {
         return cross_contact(media_);
     }
-    return cross_face(media_, materials[surface.material].medium, surface.back);
+    return cross_face(media_, surface.medium, surface.back);
 }
 
 // A ray that a surface would spawn.
@@ -151,7 +151,7 @@ fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: 
     var transmitted = item.direction;
     var rest = item.rest;
     if (HAS_SOLIDS) {
-        if (materials[surface.material].medium != 0u) {
+        if (surface.medium != 0u) {
             let bent = refracted(surface, made, -item.rest);
             transmitted = bent.direction;
             rest = bent.rest;
@@ -353,7 +353,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             if (HAS_CONTACT) {
                 var medium = 0u;
                 if (hit.triangle != NO_HIT) {
-                    medium = materials[leaf_triangles[hit.leaf].material].medium;
+                    medium = load_material(leaf_material(hit.leaf)).medium;
                 }
                 if (gathering) {
                     gathering = join_contact(hit, medium);
@@ -376,7 +376,7 @@ fn advance(slot: u32, pixel: vec2u) -> bool {
             }
             if (item.kind == SHADOW) {
                 if (HAS_TRANSPARENT_SHADOWS) {
-                    if ((leaf_triangles[hit.leaf].entry & LEAF_TRANSPARENT) == 0u) {
+                    if ((leaf_triangle(hit.leaf).entry & LEAF_TRANSPARENT) == 0u) {
                         continue;
                     }
                 } else {

@@ -20,8 +20,9 @@ struct Surface {
     occlusion: f32, // share of the ambient light that arrives
     emission: vec3f,
     flags: u32, // MATERIAL_*
+    ior: f32, // of the material
+    medium: u32, // .. of the solid that it bounds, see Material
     material: u32,
-    node: u32,
 }
 
 // The three vertices of a hit, and the weights of the second and third.
@@ -32,18 +33,12 @@ struct Corners {
 }
 
 fn normal_at(vertex: u32) -> vec3f {
-    let at = 3u * vertex;
-    return vec3f(attributes[at], attributes[at + 1u], attributes[at + 2u]);
-}
-
-fn attribute_at(offset: u32, vertex: u32) -> vec4f {
-    let at = offset + 4u * vertex;
-    return vec4f(attributes[at], attributes[at + 1u], attributes[at + 2u], attributes[at + 3u]);
+    return vertex_word(vertex, 0u).xyz;
 }
 
 fn uv_at(uv_set: u32, vertex: u32) -> vec2f {
-    let at = frame.uv_offset + 2u * (uv_set * frame.vertex_count + vertex);
-    return vec2f(attributes[at], attributes[at + 1u]);
+    let pair = vertex_word(vertex, frame.uv_word + uv_set / 2u);
+    return select(pair.xy, pair.zw, (uv_set & 1u) != 0u);
 }
 
 // Interpolation from a corner along the edges: what is the same at all three corners stays just that.
@@ -53,10 +48,10 @@ fn interpolated_normal(corners: Corners) -> vec3f {
     return first + corners.u * (normal_at(corners.vertices.y) - first) + corners.v * (normal_at(corners.vertices.z) - first);
 }
 
-fn interpolated_attribute(corners: Corners, offset: u32) -> vec4f {
-    let first = attribute_at(offset, corners.vertices.x);
-    return first + corners.u * (attribute_at(offset, corners.vertices.y) - first)
-        + corners.v * (attribute_at(offset, corners.vertices.z) - first);
+fn interpolated_attribute(corners: Corners, word: u32) -> vec4f {
+    let first = vertex_word(corners.vertices.x, word);
+    return first + corners.u * (vertex_word(corners.vertices.y, word) - first)
+        + corners.v * (vertex_word(corners.vertices.z, word) - first);
 }
 
 // row . (whole, 1) of whole numbers, which may be large, without whole periods: exact products keep the fraction.
@@ -82,17 +77,45 @@ fn texture_place(used: TextureUse, corners: Corners) -> vec2f {
     );
 }
 
-// All textures of a material, white where there is none. One loop, one call: lavapipe inlines each.
-fn sample_material(material: u32, corners: Corners) -> array<vec4f, 8> {
-    var values: array<vec4f, 8>;
-    for (var k = 0u; k < 8u; k++) {
-        values[k] = vec4f(1.0);
-        let texture = materials[material].textures[k];
-        if (texture.offset != NO_TEXTURE) {
-            values[k] = sample_texture(texture, texture_place(texture, corners));
+// What a material's textures hold at a point, linear.
+struct Texels {
+    base_color: vec4f,
+    metallic_roughness: vec2f, // roughness in x, as in glTF's green, metallic in y
+    normal: vec3f,
+    occlusion: f32,
+    emissive: vec3f,
+    transmission: f32,
+    specular: f32,
+    specular_color: vec3f,
+}
+
+fn white_texels() -> Texels {
+    return Texels(vec4f(1.0), vec2f(1.0), vec3f(1.0), 1.0, vec3f(1.0), 1.0, 1.0, vec3f(1.0));
+}
+
+// All textures of a material, white where there is none. One loop with one call, and one whose end drivers can't know: they would
+// unroll it, eight times the code of all that reads a texture.
+fn sample_material(material: u32, corners: Corners) -> Texels {
+    var found = white_texels();
+    var kinds = frame.texture_kinds;
+    while (kinds != 0u) {
+        let kind = firstTrailingBit(kinds);
+        kinds &= kinds - 1u;
+        if (texture_offset(material, kind) == NO_TEXTURE) {
+            continue;
         }
+        let texture = load_texture_use(material, kind);
+        let value = sample_texture(texture, texture_place(texture, corners));
+        found.base_color = select(found.base_color, value, kind == BASE_COLOR_TEXTURE);
+        found.metallic_roughness = select(found.metallic_roughness, value.yz, kind == METALLIC_ROUGHNESS_TEXTURE);
+        found.normal = select(found.normal, value.xyz, kind == NORMAL_TEXTURE);
+        found.occlusion = select(found.occlusion, value.x, kind == OCCLUSION_TEXTURE);
+        found.emissive = select(found.emissive, value.xyz, kind == EMISSIVE_TEXTURE);
+        found.transmission = select(found.transmission, value.x, kind == TRANSMISSION_TEXTURE);
+        found.specular = select(found.specular, value.w, kind == SPECULAR_TEXTURE);
+        found.specular_color = select(found.specular_color, value.xyz, kind == SPECULAR_COLOR_TEXTURE);
     }
-    return values;
+    return found;
 }
 
 // A vector without length has no direction: then the fallback.
@@ -106,7 +129,7 @@ fn normalize_or(v: vec3f, fallback: vec3f) -> vec3f {
 }
 
 fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) -> vec3f {
-    let interpolated = interpolated_attribute(corners, frame.tangent_offset);
+    let interpolated = interpolated_attribute(corners, frame.tangent_word);
     let tangent = normalize_or(interpolated.xyz - dot(interpolated.xyz, normal) * normal, vec3f(0.0));
     if (all(tangent == vec3f(0.0))) {
         return normal;
@@ -238,11 +261,12 @@ fn point_at(origin: vec3f, direction: vec3f, slope: f32, uv: vec2f, corners: Ver
 // Everything about the surface that `hit` names, for a ray from `origin` along `direction`.
 fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     var surface: Surface;
-    let triangle = leaf_triangles[hit.leaf];
-    let index = triangle.material;
+    let index = leaf_material(hit.leaf);
+    let material = load_material(index);
     surface.material = index;
-    surface.node = triangle.node;
-    surface.flags = materials[index].flags;
+    surface.flags = material.flags;
+    surface.ior = material.ior;
+    surface.medium = material.medium;
     surface.wo = -direction;
 
     let positions = leaf_positions(hit.leaf);
@@ -250,7 +274,7 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     let v1 = positions.v1;
     let v2 = positions.v2;
     let uv = barycentrics(origin, direction, v0, v1, v2);
-    let corners = Corners(vec3u(triangle.vertex_0, triangle.vertex_1, triangle.vertex_2), uv.x, uv.y);
+    let corners = Corners(leaf_triangle(hit.leaf).vertices, uv.x, uv.y);
     let slope = dot(positions.normal, direction);
     surface.back = slope > 0.0;
     let facing = select(1.0, -1.0, surface.back);
@@ -269,17 +293,13 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
 
     var front_ns = normalize_or(interpolated_normal(corners), front_ng);
 
-    var values: array<vec4f, 8>;
+    var found = white_texels();
     if (HAS_TEXTURES) {
-        values = sample_material(index, corners);
-    } else {
-        for (var k = 0u; k < 8u; k++) {
-            values[k] = vec4f(1.0);
-        }
+        found = sample_material(index, corners);
     }
     if (HAS_NORMAL_MAPS) {
-        if (materials[index].textures[NORMAL_TEXTURE].offset != NO_TEXTURE) {
-            front_ns = normal_from_map(front_ns, corners, values[NORMAL_TEXTURE].xyz, materials[index].normal_scale);
+        if (texture_offset(index, NORMAL_TEXTURE) != NO_TEXTURE) {
+            front_ns = normal_from_map(front_ns, corners, found.normal, material.normal_scale);
         }
     }
     surface.ns = facing * front_ns;
@@ -287,9 +307,9 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
         surface.ns = surface.ng;
     }
 
-    var base = materials[index].base_color * values[BASE_COLOR_TEXTURE];
+    var base = material.base_color * found.base_color;
     if (HAS_VERTEX_COLORS) {
-        base *= interpolated_attribute(corners, frame.color_offset);
+        base *= interpolated_attribute(corners, frame.color_word);
     }
     surface.base = base.xyz;
     surface.alpha = 1.0;
@@ -300,17 +320,16 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     }
     if (HAS_MASK) {
         if ((surface.flags & MATERIAL_MASK) != 0u) {
-            surface.alpha = select(1.0, 0.0, clamp(base.w, 0.0, 1.0) < materials[index].alpha_cutoff);
+            surface.alpha = select(1.0, 0.0, clamp(base.w, 0.0, 1.0) < material.alpha_cutoff);
         }
     }
-    let metallic_roughness = values[METALLIC_ROUGHNESS_TEXTURE];
-    surface.metallic = clamp(materials[index].metallic * metallic_roughness.z, 0.0, 1.0);
-    surface.roughness = clamp(materials[index].roughness * metallic_roughness.y, 0.0, 1.0);
-    surface.transmission = clamp(materials[index].transmission * values[TRANSMISSION_TEXTURE].x, 0.0, 1.0);
-    surface.specular = clamp(materials[index].specular * values[SPECULAR_TEXTURE].w, 0.0, 1.0);
-    surface.specular_color = materials[index].specular_color * values[SPECULAR_COLOR_TEXTURE].xyz;
-    surface.occlusion = 1.0 + materials[index].occlusion_strength * (values[OCCLUSION_TEXTURE].x - 1.0);
-    surface.emission = materials[index].emissive * values[EMISSIVE_TEXTURE].xyz;
+    surface.metallic = clamp(material.metallic * found.metallic_roughness.y, 0.0, 1.0);
+    surface.roughness = clamp(material.roughness * found.metallic_roughness.x, 0.0, 1.0);
+    surface.transmission = clamp(material.transmission * found.transmission, 0.0, 1.0);
+    surface.specular = clamp(material.specular * found.specular, 0.0, 1.0);
+    surface.specular_color = material.specular_color * found.specular_color;
+    surface.occlusion = 1.0 + material.occlusion_strength * (found.occlusion - 1.0);
+    surface.emission = material.emissive * found.emissive;
     return surface;
 }
 

@@ -1,4 +1,4 @@
-// Textures live in a storage buffer and are filtered here, so that they are the same on every driver.
+// All images lie in one table and are filtered here, so that they are the same on every driver.
 
 // An integer texel coordinate brought into [0, size).
 fn wrap_texel(coordinate: i32, size: i32, mode: u32) -> i32 {
@@ -11,16 +11,17 @@ fn wrap_texel(coordinate: i32, size: i32, mode: u32) -> i32 {
     return select(folded, period - 1 - folded, folded >= size);
 }
 
-// A texel, decoded to linear. The table of the 256 sRGB codes opens the buffer (IEC 61966-2-1).
+// A texel, decoded to linear.
 fn texel(texture: TextureUse, x: i32, y: i32) -> vec4f {
     let wrapped_x = wrap_texel(x, i32(texture.width), wrap_u(texture));
     let wrapped_y = wrap_texel(y, i32(texture.height), wrap_v(texture));
-    let code = unpack4xU8(texels[texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x)]);
+    let index = texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x);
+    let code = unpack4xU8(textureLoad(texels, table_place(index), 0).x);
     let plain = vec4f(code) / 255.0;
     if ((texture.flags & TEXTURE_SRGB) == 0u) {
         return plain;
     }
-    return vec4f(bitcast<f32>(texels[code.x]), bitcast<f32>(texels[code.y]), bitcast<f32>(texels[code.z]), plain.w);
+    return vec4f(decode_srgb(code.x), decode_srgb(code.y), decode_srgb(code.z), plain.w);
 }
 
 // Bilinear weight of the tap at (tap & 1, tap >> 1).

@@ -84,8 +84,8 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         let word = child * NODE_WORDS;
         let bits = intersect_node(ray, word, t_min, hit.t);
         node_visits += 1u;
-        let bases = nodes[word + 1u].xy;
-        group = vec2u(bases.x, (bits & 0xff000000u) | (nodes[word].w >> 24u));
+        let bases = node_word(word + 1u).xy;
+        group = vec2u(bases.x, (bits & 0xff000000u) | (node_word(word).w >> 24u));
 
         var leaf_bits = bits & 0x00ffffffu;
         while (leaf_bits != 0u) {
@@ -103,7 +103,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             if (!found.valid || found.t < t_min || found.t > hit.t) {
                 continue;
             }
-            let entry = leaf_triangles[leaf].entry;
+            let entry = leaf_triangle(leaf).entry;
             let triangle = entry & LEAF_TRIANGLE;
             let closer = found.t < hit.t || triangle < hit.triangle;
             let beyond = found.t > t_min || (t_min != 0.0 && triangle > after);

@@ -2,7 +2,7 @@
 
 // One level of the environment map inside `texels`.
 struct EnvironmentLevel {
-    offset: u32, // of the first texel, in words
+    offset: u32, // of the first texel in `environment`
     width: u32,
     height: u32,
     unused: u32,
@@ -36,32 +36,29 @@ struct Frame {
     slot_count: u32, // 64 * tile_count
     stack_capacity: u32, // work items a slot
     step_budget: u32, // loop iterations of an invocation after which it leaves further rays to the next dispatch
-    vertex_count: u32,
-    uv_offset: u32, // where in `attributes` the uv sets begin, in floats
-    color_offset: u32,
-    tangent_offset: u32,
+    vertex_words: u32, // texels of a vertex in `attributes`; the normal is the first
+    uv_word: u32, // which of them the uv sets begin with, two in each
+    color_word: u32,
+    tangent_word: u32,
     rotation_cos: f32, // of the environment about +Y
     rotation_sin: f32,
     max_rays: u32, // of a sample's tree, shadow rays left out
     camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
-    environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
+    texture_kinds: u32, // bit k: some material has texture k, of the eight below
+    @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
 
 const BACKGROUND_ENVIRONMENT: u32 = 0u;
 const BACKGROUND_COLOR: u32 = 1u;
 const BACKGROUND_TRANSPARENT: u32 = 2u;
 
-// A triangle but for its corners' positions: what traversal reads at every test lies apart. In both the vertices are turned so
-// that vertex 0 is the one opposite to the longest edge (crates/gpu/upload.rs).
+// A triangle but for its corners' positions, material and node: what traversal reads at every test lies apart. In both the
+// vertices are turned so that the first is the one opposite to the longest edge (crates/gpu/upload.rs).
 struct LeafTriangle {
+    vertices: vec3u,
     entry: u32, // its index in the scene, with LEAF_* flags
-    vertex_0: u32,
-    vertex_1: u32,
-    vertex_2: u32,
-    material: u32,
-    node: u32,
 }
 
 // Flags that traversal needs, in the upper bits of `LeafTriangle.entry`.
@@ -81,9 +78,10 @@ struct TextureUse {
     unused: u32,
 }
 
+const SRGB_CODES: u32 = 256u;
 const NO_TEXTURE: u32 = 0xffffffffu;
 
-// Which entry of Material.textures is which.
+// Which of the eight that a material may have is which.
 const BASE_COLOR_TEXTURE: u32 = 0u;
 const METALLIC_ROUGHNESS_TEXTURE: u32 = 1u;
 const NORMAL_TEXTURE: u32 = 2u;
@@ -92,6 +90,7 @@ const EMISSIVE_TEXTURE: u32 = 4u;
 const TRANSMISSION_TEXTURE: u32 = 5u;
 const SPECULAR_TEXTURE: u32 = 6u;
 const SPECULAR_COLOR_TEXTURE: u32 = 7u;
+const MATERIAL_TEXTURES: u32 = 8u; // how many there are
 
 struct Material {
     base_color: vec4f,
@@ -115,7 +114,6 @@ struct Material {
     unused_0: u32,
     unused_1: u32,
     unused_2: u32,
-    textures: array<TextureUse, 8>,
 }
 
 const MATERIAL_MASK: u32 = 1u;

@@ -12,30 +12,30 @@ struct WhittedCoefficients {
 
 fn whitted_coefficients(surface: Surface) -> WhittedCoefficients {
     var k: WhittedCoefficients;
-    let material = surface.material;
+    let material = load_material(surface.material);
     let flags = surface.flags;
     let dielectric = 1.0 - surface.metallic;
     k.kd = dielectric * (1.0 - surface.transmission);
     if ((flags & MATERIAL_KD) != 0u) {
-        k.kd = materials[material].whitted_kd;
+        k.kd = material.whitted_kd;
     }
     k.ka = dielectric * (1.0 - surface.transmission);
     if ((flags & MATERIAL_KA) != 0u) {
-        k.ka = materials[material].whitted_ka;
+        k.ka = material.whitted_ka;
     }
-    let f0 = min(normal_reflectance(1.0, materials[material].ior) * surface.specular_color, vec3f(1.0)) * surface.specular;
+    let f0 = min(normal_reflectance(1.0, surface.ior) * surface.specular_color, vec3f(1.0)) * surface.specular;
     k.ks = dielectric * f0 + surface.metallic * surface.base;
     if ((flags & MATERIAL_KS) != 0u) {
-        k.ks = materials[material].whitted_ks;
+        k.ks = material.whitted_ks;
     }
     let alpha = surface.roughness * surface.roughness;
     k.n = clamp(2.0 / max(alpha * alpha, 1e-12) - 2.0, 0.0, LARGEST_EXPONENT);
     if ((flags & MATERIAL_N) != 0u) {
-        k.n = materials[material].whitted_n;
+        k.n = material.whitted_n;
     }
     k.kt = dielectric * surface.transmission * surface.base;
     if ((flags & MATERIAL_KT) != 0u) {
-        k.kt = materials[material].whitted_kt;
+        k.kt = material.whitted_kt;
     }
     return k;
 }

@@ -12,5 +12,7 @@ mod geometry;
 mod lookups;
 #[path = "properties/optics.rs"]
 mod optics;
+#[path = "properties/tables.rs"]
+mod tables;
 #[path = "properties/trial.rs"]
 mod trial;

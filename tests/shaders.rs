@@ -324,20 +324,18 @@ fn the_least_programs_bind_the_least() {
         [traversal.as_slice(), &["probe_rays", "probe_hits"]].concat()
     );
     let aov = bindings(&program(Kernel::Aov, nothing));
-    assert_eq!(
-        aov,
-        [traversal.as_slice(), &["attributes", "materials", "aovs"]].concat()
-    );
-    let render = bindings(&program(Kernel::Render, nothing));
-    let shading = [
+    let surface = ["leaf_materials", "attributes", "materials"];
+    let layers = [
+        "leaf_materials",
+        "leaf_nodes",
         "attributes",
         "materials",
-        "samples",
-        "slots",
-        "ray_stack",
-        "counters",
+        "aovs",
     ];
-    assert_eq!(render, [traversal.as_slice(), &shading].concat());
+    assert_eq!(aov, [traversal.as_slice(), &layers].concat());
+    let render = bindings(&program(Kernel::Render, nothing));
+    let work = ["samples", "slots", "ray_stack", "counters"];
+    assert_eq!(render, [traversal.as_slice(), &surface, &work].concat());
 }
 
 /// Devices are asked for 10 storage buffers (`crates/gpu/device.rs`).

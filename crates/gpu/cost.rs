@@ -17,7 +17,14 @@ use crate::{
 };
 
 /// The buffers whose size goes with the number of triangles.
-const GEOMETRY: [&str; 4] = ["nodes", "leaf_vertices", "leaf_triangles", "attributes"];
+const GEOMETRY: [&str; 6] = [
+    "nodes",
+    "leaf_vertices",
+    "leaf_triangles",
+    "leaf_materials",
+    "leaf_nodes",
+    "attributes",
+];
 
 /// What rendering a scene takes besides time.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,10 +176,12 @@ mod tests {
             buffer.map(|buffer| buffer.bytes)
         };
         assert_eq!(bytes("leaf_vertices"), Some(10 * 48));
-        assert_eq!(bytes("leaf_triangles"), Some(10 * 24));
-        assert_eq!(bytes("attributes"), Some(30 * 12));
+        assert_eq!(bytes("leaf_triangles"), Some(10 * 16));
+        assert_eq!(bytes("leaf_materials"), Some(10 * 4));
+        assert_eq!(bytes("attributes"), Some(30 * 16));
         assert_eq!(bytes("texels"), None);
-        let geometry = (10 * (48 + 24) + 30 * 12) as f64 + bytes("nodes").unwrap() as f64;
+        assert_eq!(bytes("leaf_nodes"), None);
+        let geometry = (10 * (48 + 16 + 4) + 30 * 16) as f64 + bytes("nodes").unwrap() as f64;
         assert_eq!(found.triangle_bytes, geometry / 10.0);
         assert_eq!(bytes("ray_stack"), Some(64 * 64 * found.pixel_bytes));
         assert!(found.bytes() > geometry as u64);

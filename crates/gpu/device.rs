@@ -184,6 +184,7 @@ impl Device {
         let required_limits = wgpu::Limits {
             max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
             max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+            max_texture_dimension_2d: offered.max_texture_dimension_2d,
             max_buffer_size: offered.max_buffer_size,
             ..wgpu::Limits::default()
         };
@@ -221,6 +222,11 @@ impl Device {
     #[must_use]
     pub fn largest_binding(&self) -> u64 {
         self.device.limits().max_storage_buffer_binding_size
+    }
+
+    /// Rows of the highest texture.
+    pub(crate) fn highest_texture(&self) -> u32 {
+        self.device.limits().max_texture_dimension_2d
     }
 
     /// Waits until everything submitted is done.

@@ -20,6 +20,7 @@ mod render;
 mod settings;
 mod solids;
 mod statistics;
+mod table;
 mod upload;
 
 pub mod source;
@@ -37,4 +38,5 @@ pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
 pub use render::{Progress, RenderTimes, Rendered, render, render_with};
 pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};
-pub use upload::{GpuScene, TooManyMedia};
+pub use table::{TABLE_WIDTH, Table};
+pub use upload::{GpuScene, TooManyMedia, VertexRecord};

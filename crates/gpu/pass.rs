@@ -7,15 +7,16 @@ use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     piece::{PieceCall, PieceResult},
-    pipeline::{Buffers, Pipeline, read_back},
+    pipeline::{Pipeline, Resources, read_back},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
+    table::Table,
     types::{
-        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SecondaryHit, SecondaryRay,
-        Slot,
+        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit,
+        SecondaryRay, Slot,
     },
-    upload::GpuScene,
+    upload::{GpuScene, decoded_srgb},
 };
 
 /// A work item on the ray stack (`shaders/ray_stack.wgsl`).
@@ -49,14 +50,15 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "piece_results" => each(size_of::<PieceResult>()),
         "secondary_rays" => each(size_of::<SecondaryRay>()),
         "secondary_hits" => each(size_of::<SecondaryHit>()),
-        _ => gpu_scene.bytes(name).unwrap_or_default().len() as u64,
+        "decoded_srgb" => 4 * SRGB_CODES as u64,
+        _ => gpu_scene.table(name).map_or(0, Table::device_bytes),
     }
 }
 
 /// A kernel with its buffers: those that its program still names, no others.
 pub(crate) struct Pass {
     pipeline: Pipeline,
-    buffers: Buffers,
+    resources: Resources,
     groups: Vec<BindGroup>,
 }
 
@@ -71,42 +73,48 @@ impl Pass {
     ) -> Result<Self, RenderError> {
         let module = assemble(kernel, features, limits)?;
         let pipeline = Pipeline::new(device, kernel, module)?;
-        let mut buffers = Buffers::default();
+        let mut resources = Resources::default();
         for binding in pipeline.bindings() {
             let name = binding.name.as_str();
             let size = binding_bytes(name, gpu_scene, work);
             let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
             match name {
-                "frame" => buffers.reserve(device, name, size, BufferUsages::UNIFORM)?,
+                "frame" => resources.reserve(device, name, size, BufferUsages::UNIFORM)?,
                 "samples" => {
-                    buffers.upload_uniform(device, name, cast_slice(work.samples), size)?;
+                    resources.upload_uniform(device, name, cast_slice(work.samples), size)?;
                 }
                 "media" => {
-                    buffers.upload_uniform(device, name, cast_slice(&gpu_scene.media), size)?;
+                    resources.upload_uniform(device, name, cast_slice(&gpu_scene.media), size)?;
                 }
                 "slots" | "counters" | "aovs" | "probe_hits" | "piece_results"
-                | "secondary_hits" => buffers.reserve(device, name, size, readable)?,
+                | "secondary_hits" => resources.reserve(device, name, size, readable)?,
                 "ray_stack" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
-                    buffers.reserve(device, name, size, BufferUsages::STORAGE)?;
+                    resources.reserve(device, name, size, BufferUsages::STORAGE)?;
+                }
+                "decoded_srgb" => {
+                    resources.upload_uniform(device, name, cast_slice(&decoded_srgb()), size)?;
                 }
                 _ => {
-                    let bytes = gpu_scene.bytes(name).unwrap_or_default();
-                    buffers.upload(device, name, bytes)?;
+                    if let Some(table) = gpu_scene.table(name) {
+                        resources.add_table(device, name, table)?;
+                    }
                 }
             }
         }
-        let groups = pipeline.bind(device, &buffers);
+        let groups = pipeline.bind(device, &resources);
         device.check()?;
         Ok(Self {
             pipeline,
-            buffers,
+            resources,
             groups,
         })
     }
 
     /// Writes to the start of a buffer, before the next dispatch.
     pub(crate) fn write(&self, device: &Device, name: &str, bytes: &[u8]) {
-        device.queue.write_buffer(self.buffers.get(name), 0, bytes);
+        device
+            .queue
+            .write_buffer(self.resources.buffer(name), 0, bytes);
     }
 
     /// Dispatches, without waiting for it.
@@ -126,6 +134,6 @@ impl Pass {
         name: &str,
         size: u64,
     ) -> Result<Vec<u8>, DeviceError> {
-        read_back(device, self.buffers.get(name), size)
+        read_back(device, self.resources.buffer(name), size)
     }
 }

@@ -59,6 +59,7 @@ pieces! {
     Light "piece_light",
     Environment "piece_environment",
     Texture "piece_texture",
+    Record "piece_record",
 }
 
 /// Calls `piece` once for each element of `calls`, with the buffers that a picture of `scene` with `settings` would have. The program

@@ -5,15 +5,17 @@ use std::{borrow::Cow, collections::BTreeMap};
 use naga::{AddressSpace, Module, StorageAccess};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, BufferDescriptor, BufferUsages,
-    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor,
-    ShaderSource, ShaderStages,
+    BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
+    BufferDescriptor, BufferUsages, ComputePipeline, ComputePipelineDescriptor,
+    PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    TextureSampleType, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     program::Kernel,
+    table::Table,
 };
 
 /// A binding that a program has.
@@ -23,7 +25,14 @@ pub struct Binding {
     pub name: String,
     group: u32,
     index: u32,
-    kind: BufferBindingType,
+    kind: BindingKind,
+}
+
+/// What is bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum BindingKind {
+    Buffer(BufferBindingType),
+    Table,
 }
 
 /// The bindings that a specialised module still has.
@@ -35,10 +44,13 @@ pub fn bindings_of(module: &Module) -> Vec<Binding> {
         .filter_map(|(_, variable)| {
             let place = variable.binding?;
             let kind = match variable.space {
-                AddressSpace::Uniform => BufferBindingType::Uniform,
-                AddressSpace::Storage { access } => BufferBindingType::Storage {
-                    read_only: !access.contains(StorageAccess::STORE),
-                },
+                AddressSpace::Uniform => BindingKind::Buffer(BufferBindingType::Uniform),
+                AddressSpace::Storage { access } => {
+                    BindingKind::Buffer(BufferBindingType::Storage {
+                        read_only: !access.contains(StorageAccess::STORE),
+                    })
+                }
+                AddressSpace::Handle => BindingKind::Table,
                 _ => return None,
             };
             let name = variable.name.clone().unwrap_or_default();
@@ -112,8 +124,8 @@ impl Pipeline {
         &self.bindings
     }
 
-    /// Binds the buffer of each binding by its name.
-    pub(crate) fn bind(&self, device: &Device, buffers: &Buffers) -> Vec<BindGroup> {
+    /// Binds what each binding names.
+    pub(crate) fn bind(&self, device: &Device, resources: &Resources) -> Vec<BindGroup> {
         let groups = self.layouts.iter().zip(0_u32..);
         groups
             .map(|(layout, group)| {
@@ -123,7 +135,7 @@ impl Pipeline {
                     .filter(|binding| binding.group == group)
                     .map(|binding| BindGroupEntry {
                         binding: binding.index,
-                        resource: buffers.get(&binding.name).as_entire_binding(),
+                        resource: resources.binding(&binding.name),
                     })
                     .collect();
                 device.device.create_bind_group(&BindGroupDescriptor {
@@ -158,11 +170,7 @@ fn group_layout(device: &Device, bindings: &[Binding], group: u32) -> BindGroupL
         .map(|binding| BindGroupLayoutEntry {
             binding: binding.index,
             visibility: ShaderStages::COMPUTE,
-            ty: BindingType::Buffer {
-                ty: binding.kind,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            ty: binding.kind.layout(),
             count: None,
         })
         .collect();
@@ -174,16 +182,60 @@ fn group_layout(device: &Device, bindings: &[Binding], group: u32) -> BindGroupL
         })
 }
 
-/// The buffers of a program, by the names of `shaders/bindings.wgsl`.
+impl BindingKind {
+    fn layout(self) -> BindingType {
+        match self {
+            Self::Buffer(ty) => BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            Self::Table => BindingType::Texture {
+                sample_type: TextureSampleType::Uint,
+                view_dimension: TextureViewDimension::D2,
+                multisampled: false,
+            },
+        }
+    }
+}
+
+/// What a program binds, by the names of `shaders/bindings.wgsl`.
 #[derive(Debug, Default)]
-pub(crate) struct Buffers(BTreeMap<String, Buffer>);
+pub(crate) struct Resources {
+    buffers: BTreeMap<String, Buffer>,
+    tables: BTreeMap<String, TextureView>,
+}
 
 /// No element of a storage buffer is larger: an empty list still binds one.
 const LARGEST_ELEMENT: u64 = 1024;
 
-impl Buffers {
-    pub(crate) fn get(&self, name: &str) -> &Buffer {
-        &self.0[name]
+impl Resources {
+    pub(crate) fn buffer(&self, name: &str) -> &Buffer {
+        &self.buffers[name]
+    }
+
+    fn binding(&self, name: &str) -> BindingResource<'_> {
+        match self.tables.get(name) {
+            Some(table) => BindingResource::TextureView(table),
+            None => self.buffer(name).as_entire_binding(),
+        }
+    }
+
+    /// Uploads a table of the scene.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`] if the device has no room for it.
+    pub(crate) fn add_table(
+        &mut self,
+        device: &Device,
+        name: &str,
+        table: Table<'_>,
+    ) -> Result<(), RenderError> {
+        let view = table
+            .upload(device, name)?
+            .create_view(&TextureViewDescriptor::default());
+        self.tables.insert(name.to_owned(), view);
+        Ok(())
     }
 
     /// Makes a buffer of `size` bytes, all zero.
@@ -212,22 +264,7 @@ impl Buffers {
             usage: usage | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        self.0.insert(name.to_owned(), buffer);
-        Ok(())
-    }
-
-    /// Makes a storage buffer that holds `bytes`.
-    ///
-    /// # Errors
-    /// As [`Self::reserve`].
-    pub(crate) fn upload(
-        &mut self,
-        device: &Device,
-        name: &str,
-        bytes: &[u8],
-    ) -> Result<(), RenderError> {
-        self.reserve(device, name, bytes.len() as u64, BufferUsages::STORAGE)?;
-        self.fill(device, name, bytes);
+        self.buffers.insert(name.to_owned(), buffer);
         Ok(())
     }
 
@@ -249,7 +286,7 @@ impl Buffers {
 
     fn fill(&self, device: &Device, name: &str, bytes: &[u8]) {
         if !bytes.is_empty() {
-            device.queue.write_buffer(self.get(name), 0, bytes);
+            device.queue.write_buffer(self.buffer(name), 0, bytes);
         }
     }
 }

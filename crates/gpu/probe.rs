@@ -158,9 +158,11 @@ impl<'d> Bulk<'d> {
         let pass = Pass::new(device, kernel, features, limits, &gpu_scene, &work)?;
         let frame = Frame {
             triangle_count: bvh.leaf_triangles.len() as u32,
-            vertex_count: gpu_scene.vertex_count,
-            color_offset: gpu_scene.color_offset,
-            tangent_offset: gpu_scene.tangent_offset,
+            vertex_words: gpu_scene.vertex.words,
+            uv_word: gpu_scene.vertex.uv_word,
+            color_word: gpu_scene.vertex.color_word,
+            tangent_word: gpu_scene.vertex.tangent_word,
+            texture_kinds: gpu_scene.texture_kinds(),
             tolerance: numerics.tolerance,
             ..Frame::zeroed()
         };

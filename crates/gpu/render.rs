@@ -254,10 +254,11 @@ impl Plan {
             stack_capacity,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
-            vertex_count: gpu.vertex_count,
-            uv_offset: gpu.uv_offset,
-            color_offset: gpu.color_offset,
-            tangent_offset: gpu.tangent_offset,
+            vertex_words: gpu.vertex.words,
+            uv_word: gpu.vertex.uv_word,
+            color_word: gpu.vertex.color_word,
+            tangent_word: gpu.vertex.tangent_word,
+            texture_kinds: gpu.texture_kinds(),
             environment: gpu.environment_levels,
             ..Frame::zeroed()
         };

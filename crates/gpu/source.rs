@@ -25,6 +25,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "features.wgsl",
     "types.wgsl",
     "bindings.wgsl",
+    "tables.wgsl",
     "math.wgsl",
     "precise.wgsl",
     "counters.wgsl",

@@ -9,6 +9,12 @@ pub const MEDIA: usize = 255;
 /// How many samples a pixel can have: offsets of two in each entry of `samples`.
 pub const MAX_SAMPLES: u32 = 8192;
 
+/// How many textures a material can have.
+pub const MATERIAL_TEXTURES: usize = 8;
+
+/// Codes of 8 bits.
+pub const SRGB_CODES: usize = 256;
+
 /// How many levels of the environment there are: the map, four of rising roughness, the irradiance.
 pub const ENVIRONMENT_LEVELS: usize = 6;
 
@@ -54,30 +60,28 @@ pub struct Frame {
     pub slot_count: u32,
     pub stack_capacity: u32,
     pub step_budget: u32,
-    pub vertex_count: u32,
-    pub uv_offset: u32,
-    pub color_offset: u32,
-    pub tangent_offset: u32,
+    pub vertex_words: u32,
+    pub uv_word: u32,
+    pub color_word: u32,
+    pub tangent_word: u32,
     pub rotation_cos: f32,
     pub rotation_sin: f32,
     pub max_rays: u32,
     pub camera_media: [u32; 2],
     pub zero: u32,
     pub tolerance: f32,
+    pub texture_kinds: u32,
+    pub padding: [u32; 3],
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
-/// A triangle but for its corners' positions.
+/// A triangle but for its corners' positions, material and node.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct LeafTriangle {
+    pub vertices: [u32; 3],
     pub entry: u32,
-    pub vertex_0: u32,
-    pub vertex_1: u32,
-    pub vertex_2: u32,
-    pub material: u32,
-    pub node: u32,
 }
 
 /// A material's use of a texture.
@@ -135,7 +139,6 @@ pub struct Material {
     pub unused_0: u32,
     pub unused_1: u32,
     pub unused_2: u32,
-    pub textures: [TextureUse; 8],
 }
 
 /// A punctual light.

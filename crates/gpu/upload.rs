@@ -1,7 +1,7 @@
 //! A scene as bytes for the device: everything in f32 and in the shaders' layouts, nothing that the program does not read.
 
 use bytemuck::cast_slice;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use raytree_bvh::Bvh;
 use raytree_scene::{
     environment::EquirectMap,
@@ -16,9 +16,10 @@ use crate::{
     program::{Feature, ProgramFeatures},
     settings::Shading,
     solids::RankedMedia,
+    table::Table,
     types::{
-        ENVIRONMENT_LEVELS, EnvironmentLevel, LeafTriangle, Light, MEDIA, Material, Medium,
-        TextureUse,
+        ENVIRONMENT_LEVELS, EnvironmentLevel, LeafTriangle, Light, MATERIAL_TEXTURES, MEDIA,
+        Material, Medium, SRGB_CODES, TextureUse,
     },
 };
 
@@ -52,22 +53,68 @@ const LEAST_ATTENUATION: f32 = 1e-6;
 )]
 pub struct TooManyMedia(usize);
 
-/// The scene's buffers, in the order of `shaders/bindings.wgsl`.
+/// What the record of a vertex in [`GpuScene::attributes`] holds, in texels of four words.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl, Frame")]
+pub struct VertexRecord {
+    pub words: u32,
+    pub uv_word: u32,
+    pub color_word: u32,
+    pub tangent_word: u32,
+}
+
+impl VertexRecord {
+    /// Room for what a program with these features reads.
+    fn new(geometry: &Geometry, features: ProgramFeatures) -> Self {
+        let uv_sets = if features.has(Feature::Textures) {
+            geometry.uv_sets.len() as u32
+        } else {
+            0
+        };
+        let uv_word = 1;
+        let color_word = uv_word + uv_sets.div_ceil(2);
+        let colors = features.has(Feature::VertexColors) && !geometry.colors.is_empty();
+        let tangent_word = color_word + u32::from(colors);
+        let tangents = features.has(Feature::NormalMaps) && !geometry.tangents.is_empty();
+        Self {
+            words: tangent_word + u32::from(tangents),
+            uv_word,
+            color_word,
+            tangent_word,
+        }
+    }
+
+    /// Fills in one attribute of all vertices, from component `first` of the record on.
+    fn fill<const N: usize>(
+        self,
+        records: &mut [f32],
+        first: u32,
+        values: impl Iterator<Item = [f32; N]>,
+    ) {
+        let records = records.chunks_exact_mut(4 * self.words as usize);
+        for (record, value) in records.zip(values) {
+            record[first as usize..][..N].copy_from_slice(&value);
+        }
+    }
+}
+
+/// The scene's tables, in the order of `shaders/bindings.wgsl`.
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs, reason = "explained in shaders/bindings.wgsl")]
 pub struct GpuScene {
     pub nodes: Vec<u32>,
     pub leaf_vertices: Vec<f32>,
     pub leaf_triangles: Vec<LeafTriangle>,
+    pub leaf_materials: Vec<u32>,
+    pub leaf_nodes: Vec<u32>,
     pub attributes: Vec<f32>,
-    pub uv_offset: u32,
-    pub color_offset: u32,
-    pub tangent_offset: u32,
-    pub vertex_count: u32,
+    pub vertex: VertexRecord,
     pub materials: Vec<Material>,
-    pub media: Vec<Medium>,
+    pub texture_uses: Vec<[TextureUse; MATERIAL_TEXTURES]>,
     pub texels: Vec<u32>,
+    pub environment: Vec<[f32; 4]>,
     pub lights: Vec<Light>,
+    pub media: Vec<Medium>,
     pub environment_levels: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
@@ -83,35 +130,50 @@ impl GpuScene {
         shading: Shading,
     ) -> Result<Self, TooManyMedia> {
         let mut gpu = Self {
-            vertex_count: scene.geometry.positions.len() as u32,
+            vertex: VertexRecord::new(&scene.geometry, features),
             ..Self::default()
         };
         gpu.add_hierarchy(scene, bvh, shading);
-        gpu.add_attributes(scene, features);
-        let offsets = if features.has(Feature::Textures) {
-            gpu.add_images(scene)
-        } else {
-            Vec::new()
-        };
-        gpu.add_materials(scene, shading, &offsets)?;
+        gpu.add_attributes(scene);
+        gpu.add_materials(scene, shading)?;
+        if features.has(Feature::Textures) {
+            gpu.add_textures(scene);
+        }
         gpu.lights = scene.lights.iter().map(light).collect();
         gpu.add_environment(scene);
         Ok(gpu)
     }
 
-    /// The bytes of the binding called `name` in `shaders/bindings.wgsl`; `None` if it is not part of the scene.
+    /// The table called `name` in `shaders/bindings.wgsl`; `None` if there is none of that name.
     #[must_use]
-    pub fn bytes(&self, name: &str) -> Option<&[u8]> {
+    pub fn table(&self, name: &str) -> Option<Table<'_>> {
+        let wide = Table::wide;
+        let narrow = Table::narrow;
         Some(match name {
-            "nodes" => cast_slice(&self.nodes),
-            "leaf_vertices" => cast_slice(&self.leaf_vertices),
-            "leaf_triangles" => cast_slice(&self.leaf_triangles),
-            "attributes" => cast_slice(&self.attributes),
-            "materials" => cast_slice(&self.materials),
-            "texels" => cast_slice(&self.texels),
-            "lights" => cast_slice(&self.lights),
+            "nodes" => wide(cast_slice(&self.nodes)),
+            "leaf_vertices" => wide(cast_slice(&self.leaf_vertices)),
+            "leaf_triangles" => wide(cast_slice(&self.leaf_triangles)),
+            "leaf_materials" => narrow(&self.leaf_materials),
+            "leaf_nodes" => narrow(&self.leaf_nodes),
+            "attributes" => wide(cast_slice(&self.attributes)),
+            "materials" => wide(cast_slice(&self.materials)),
+            "texture_uses" => wide(cast_slice(self.texture_uses.as_flattened())),
+            "texels" => narrow(&self.texels),
+            "environment" => wide(cast_slice(&self.environment)),
+            "lights" => wide(cast_slice(&self.lights)),
             _ => return None,
         })
+    }
+
+    /// Which of the textures that a material can have some material has, a bit each.
+    pub(crate) fn texture_kinds(&self) -> u32 {
+        let kinds = self
+            .texture_uses
+            .iter()
+            .flat_map(|uses| uses.iter().zip(0..));
+        kinds
+            .filter(|(used, _)| used.offset != TextureUse::NONE.offset)
+            .fold(0, |kinds, (_, kind)| kinds | 1 << kind)
     }
 
     fn add_hierarchy(&mut self, scene: &Scene, bvh: &Bvh, shading: Shading) {
@@ -130,67 +192,48 @@ impl GpuScene {
             for vector in corners.into_iter().chain([unit_normal(corners)]) {
                 self.leaf_vertices.extend(vector.to_array());
             }
-            let [vertex_0, vertex_1, vertex_2] = vertices;
             self.leaf_triangles.push(LeafTriangle {
+                vertices,
                 entry: index | flags[triangle.material as usize],
-                vertex_0,
-                vertex_1,
-                vertex_2,
-                material: triangle.material,
-                node: triangle.node,
             });
+            self.leaf_materials.push(triangle.material);
+            self.leaf_nodes.push(triangle.node);
         }
     }
 
-    fn add_attributes(&mut self, scene: &Scene, features: ProgramFeatures) {
-        let geometry = &scene.geometry;
-        self.attributes = cast_slice(&geometry.normals).to_vec();
-        self.uv_offset = self.attributes.len() as u32;
-        if features.has(Feature::Textures) {
-            for uv_set in &geometry.uv_sets {
-                self.attributes.extend_from_slice(cast_slice(uv_set));
+    fn add_attributes(&mut self, scene: &Scene) {
+        let (geometry, vertex) = (&scene.geometry, self.vertex);
+        let vertices = geometry.positions.len();
+        let mut records = vec![0.0; 4 * vertex.words as usize * vertices];
+        vertex.fill(&mut records, 0, geometry.normals.iter().map(Vec3::to_array));
+        if vertex.color_word > vertex.uv_word {
+            for (uv_set, index) in geometry.uv_sets.iter().zip(0..) {
+                let first = 4 * vertex.uv_word + 2 * index;
+                vertex.fill(&mut records, first, uv_set.iter().map(Vec2::to_array));
             }
         }
-        self.color_offset = self.attributes.len() as u32;
-        if features.has(Feature::VertexColors) {
-            self.attributes.extend(
-                geometry
-                    .colors
-                    .iter()
-                    .flat_map(|color| color.min(Vec4::splat(LARGEST_FACTOR)).to_array()),
-            );
+        if vertex.tangent_word > vertex.color_word {
+            let largest = Vec4::splat(LARGEST_FACTOR);
+            let colors = geometry.colors.iter();
+            let colors = colors.map(|color| color.min(largest).to_array());
+            vertex.fill(&mut records, 4 * vertex.color_word, colors);
         }
-        self.tangent_offset = self.attributes.len() as u32;
-        if features.has(Feature::NormalMaps) {
-            self.attributes.extend(
-                geometry
-                    .tangents
-                    .iter()
-                    .flat_map(|tangent| tangent.to_array()),
-            );
+        if vertex.words > vertex.tangent_word {
+            let tangents = geometry.tangents.iter().map(Vec4::to_array);
+            vertex.fill(&mut records, 4 * vertex.tangent_word, tangents);
         }
+        self.attributes = records;
     }
 
-    /// `images`: where each image begins in `texels`; empty where the program reads none.
-    fn add_materials(
-        &mut self,
-        scene: &Scene,
-        shading: Shading,
-        images: &[u32],
-    ) -> Result<(), TooManyMedia> {
+    fn add_materials(&mut self, scene: &Scene, shading: Shading) -> Result<(), TooManyMedia> {
         let ranked = RankedMedia::of(scene, shading);
-        for (source, rank) in scene.materials.iter().zip(&ranked.rank_of_material) {
-            let mut made = material(source, shading);
-            made.medium = rank.map_or(0, |rank| rank + 1);
-            if !images.is_empty() {
-                made.textures = texture_refs(source).map(|texture| {
-                    texture.map_or(TextureUse::NONE, |texture| {
-                        texture_use(scene, images, texture)
-                    })
-                });
-            }
-            self.materials.push(made);
-        }
+        let materials = scene.materials.iter().zip(&ranked.rank_of_material);
+        self.materials = materials
+            .map(|(source, rank)| Material {
+                medium: rank.map_or(0, |rank| rank + 1),
+                ..material(source, shading)
+            })
+            .collect();
         self.media = ranked.media;
         if self.media.len() > MEDIA {
             return Err(TooManyMedia(self.media.len()));
@@ -198,18 +241,21 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Where each image begins.
-    fn add_images(&mut self, scene: &Scene) -> Vec<u32> {
-        self.texels = (0_u8..=255)
-            .map(|code| srgb_to_linear(code).to_bits())
-            .collect();
+    fn add_textures(&mut self, scene: &Scene) {
         let mut offsets = Vec::with_capacity(scene.images.len());
         for image in &scene.images {
             offsets.push(self.texels.len() as u32);
             self.texels
                 .extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
         }
-        offsets
+        let uses = scene.materials.iter().map(|source| {
+            texture_refs(source).map(|texture| {
+                texture.map_or(TextureUse::NONE, |texture| {
+                    texture_use(scene, &offsets, texture)
+                })
+            })
+        });
+        self.texture_uses = uses.collect();
     }
 
     fn add_environment(&mut self, scene: &Scene) {
@@ -220,7 +266,7 @@ impl GpuScene {
             .chain(&environment.rough)
             .chain([&environment.irradiance]);
         for (slot, map) in self.environment_levels.iter_mut().zip(levels) {
-            *slot = append_map(&mut self.texels, map);
+            *slot = append_map(&mut self.environment, map);
         }
     }
 }
@@ -257,15 +303,17 @@ fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     (e1 / scale).cross(e2 / scale).normalize_or_zero().as_vec3()
 }
 
-fn append_map(texels: &mut Vec<u32>, map: &EquirectMap) -> EnvironmentLevel {
+fn append_map(colors: &mut Vec<[f32; 4]>, map: &EquirectMap) -> EnvironmentLevel {
     let level = EnvironmentLevel {
-        offset: texels.len() as u32,
+        offset: colors.len() as u32,
         width: map.width,
         height: map.height,
         unused: 0,
     };
-    let texels_in_range = map.texels.as_flattened().iter();
-    texels.extend(texels_in_range.map(|texel| texel.min(LARGEST_RADIANCE).to_bits()));
+    colors.extend(map.texels.iter().map(|texel| {
+        let [r, g, b] = texel.map(|channel| channel.min(LARGEST_RADIANCE));
+        [r, g, b, 0.0]
+    }));
     level
 }
 
@@ -362,12 +410,11 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
         unused_0: 0,
         unused_1: 0,
         unused_2: 0,
-        textures: [TextureUse::NONE; 8],
     }
 }
 
 /// In the order of `shaders/types.wgsl`.
-fn texture_refs(source: &SceneMaterial) -> [Option<&TextureRef>; 8] {
+fn texture_refs(source: &SceneMaterial) -> [Option<&TextureRef>; MATERIAL_TEXTURES] {
     [
         &source.base_color_texture,
         &source.metallic_roughness_texture,
@@ -405,6 +452,11 @@ fn wrap(mode: Wrap) -> u32 {
         Wrap::MirroredRepeat => 1,
         Wrap::ClampToEdge => 2,
     }
+}
+
+/// Of each code of 8 bits, for `decoded_srgb` of the shaders.
+pub(crate) fn decoded_srgb() -> [f32; SRGB_CODES] {
+    std::array::from_fn(|code| srgb_to_linear(code as u8))
 }
 
 /// IEC 61966-2-1.

@@ -27,7 +27,7 @@ fn aov(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index)
             layers.shading_normal = surface.ns;
             layers.albedo = surface.base;
             layers.material = surface.material;
-            layers.node = surface.node;
+            layers.node = leaf_node(hit.leaf);
             break;
         }
         t_min = hit.t;

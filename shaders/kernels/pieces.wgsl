@@ -74,7 +74,7 @@ fn piece_leaving(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     let leaf = argument(6u);
-    let hit = Hit(0.0, leaf_triangles[leaf].entry & LEAF_TRIANGLE, leaf, argument(7u) != 0u);
+    let hit = Hit(0.0, leaf_triangle(leaf).entry & LEAF_TRIANGLE, leaf, argument(7u) != 0u);
     let surface = surface_at(hit, vector(0u), vector(3u));
     answer_vector(0u, surface.position);
     answer_vector(3u, spawn_origin(surface, vector(8u)));
@@ -190,7 +190,68 @@ fn piece_texture(@builtin(global_invocation_id) invocation: vec3u) {
     if (!take_call(invocation)) {
         return;
     }
-    let found = sample_texture(materials[argument(0u)].textures[BASE_COLOR_TEXTURE], vec2f(number(1u), number(2u)));
+    let found = sample_texture(load_texture_use(argument(0u), BASE_COLOR_TEXTURE), vec2f(number(1u), number(2u)));
     answer_vector(0u, found.xyz);
     answer_number(3u, found.w);
+}
+
+const RECORD_WORDS: u32 = 32u; // of the longest entry, at most
+
+fn material_record(index: u32) -> array<u32, RECORD_WORDS> {
+    let m = load_material(index);
+    let color = bitcast<vec4u>(m.base_color);
+    let emissive = bitcast<vec3u>(m.emissive);
+    let specular = bitcast<vec3u>(m.specular_color);
+    let ks = bitcast<vec3u>(m.whitted_ks);
+    let kt = bitcast<vec3u>(m.whitted_kt);
+    return array<u32, RECORD_WORDS>(
+        color.x, color.y, color.z, color.w, emissive.x, emissive.y, emissive.z, bitcast<u32>(m.alpha_cutoff),
+        specular.x, specular.y, specular.z, bitcast<u32>(m.specular), bitcast<u32>(m.metallic), bitcast<u32>(m.roughness),
+        bitcast<u32>(m.transmission), bitcast<u32>(m.ior), bitcast<u32>(m.normal_scale), bitcast<u32>(m.occlusion_strength),
+        m.flags, m.medium, ks.x, ks.y, ks.z, bitcast<u32>(m.whitted_n), kt.x, kt.y, kt.z, bitcast<u32>(m.whitted_ka),
+        bitcast<u32>(m.whitted_kd), 0u, 0u, 0u,
+    );
+}
+
+fn light_record(index: u32) -> array<u32, RECORD_WORDS> {
+    let light = load_light(index);
+    let position = bitcast<vec3u>(light.position);
+    let direction = bitcast<vec3u>(light.direction);
+    let intensity = bitcast<vec3u>(light.intensity);
+    return array<u32, RECORD_WORDS>(
+        position.x, position.y, position.z, light.kind, direction.x, direction.y, direction.z, bitcast<u32>(light.inverse_range),
+        intensity.x, intensity.y, intensity.z, bitcast<u32>(light.spot_scale), bitcast<u32>(light.spot_cos_outer),
+        bitcast<u32>(light.nearest), 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u,
+    );
+}
+
+fn texture_use_record(index: u32) -> array<u32, RECORD_WORDS> {
+    let used = load_texture_use(index / MATERIAL_TEXTURES, index % MATERIAL_TEXTURES);
+    let u = bitcast<vec3u>(used.row_u);
+    let v = bitcast<vec3u>(used.row_v);
+    return array<u32, RECORD_WORDS>(
+        u.x, u.y, u.z, used.offset, v.x, v.y, v.z, used.uv_set, used.width, used.height, used.flags, 0u,
+        0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u,
+    );
+}
+
+// A table's entry (table 0: materials, 1: lights, 2: texture_uses), which of them, and a word -> the entry's words from there on, as
+// they lie in the structs of types.wgsl.
+@compute @workgroup_size(64)
+fn piece_record(@builtin(global_invocation_id) invocation: vec3u) {
+    if (!take_call(invocation)) {
+        return;
+    }
+    let index = argument(1u);
+    var record: array<u32, RECORD_WORDS>;
+    if (argument(0u) == 0u) {
+        record = material_record(index);
+    } else if (argument(0u) == 1u) {
+        record = light_record(index);
+    } else {
+        record = texture_use_record(index);
+    }
+    for (var k = 0u; k < PIECE_RESULTS; k++) {
+        answer(k, record[min(argument(2u) + k, RECORD_WORDS - 1u)]);
+    }
 }

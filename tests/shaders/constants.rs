@@ -11,8 +11,8 @@ use raytree::{
     },
 };
 use raytree_gpu::{
-    GpuScene, source,
-    types::{MAX_SAMPLES, MEDIA, TextureUse},
+    GpuScene, TABLE_WIDTH, source,
+    types::{self, MATERIAL_TEXTURES, MAX_SAMPLES, MEDIA, SRGB_CODES, TextureUse},
 };
 
 use super::module::constant;
@@ -204,8 +204,7 @@ fn an_infinite_index_and_no_texture() {
     );
     assert_eq!(TextureUse::NONE.offset, constant(&module, "NO_TEXTURE"));
     assert!(
-        gpu.materials[0]
-            .textures
+        gpu.texture_uses[0]
             .iter()
             .all(|texture| texture.offset == TextureUse::NONE.offset)
     );
@@ -267,7 +266,7 @@ fn order_of_textures() {
     ];
     for (name, width) in names.into_iter().zip(1_u32..) {
         assert_eq!(
-            gpu.materials[0].textures[constant(&module, name) as usize].width,
+            gpu.texture_uses[0][constant(&module, name) as usize].width,
             width,
             "{name}"
         );
@@ -319,11 +318,7 @@ fn flags_of_textures() {
         }
     }
     let gpu = upload(&scene, Shading::Pbr);
-    let flags: Vec<u32> = gpu
-        .materials
-        .iter()
-        .map(|material| material.textures[0].flags)
-        .collect();
+    let flags: Vec<u32> = gpu.texture_uses.iter().map(|uses| uses[0].flags).collect();
     assert_eq!(flags, expected);
 }
 
@@ -358,12 +353,29 @@ fn kinds_of_lights() {
     }
 }
 
-/// The sizes of arrays in uniform buffers.
+/// The sizes of arrays in uniform buffers, and of entries of tables.
 #[test]
 fn capacities() {
     let module = parsed();
     assert_eq!(constant(&module, "MEDIA") as usize, MEDIA);
     assert_eq!(2 * constant(&module, "SAMPLE_PAIRS"), MAX_SAMPLES);
+    assert_eq!(constant(&module, "SRGB_CODES") as usize, SRGB_CODES);
+    let textures = constant(&module, "MATERIAL_TEXTURES") as usize;
+    assert_eq!(textures, MATERIAL_TEXTURES);
+    assert_eq!(constant(&module, "TABLE_WIDTH"), TABLE_WIDTH);
+    let texels = |size: usize| (size / 16) as u32;
+    assert_eq!(
+        constant(&module, "MATERIAL_WORDS"),
+        texels(size_of::<types::Material>())
+    );
+    assert_eq!(
+        constant(&module, "LIGHT_WORDS"),
+        texels(size_of::<types::Light>())
+    );
+    assert_eq!(
+        constant(&module, "TEXTURE_USE_WORDS"),
+        texels(size_of::<TextureUse>())
+    );
 }
 
 /// A ray's stack of media has a byte for each.

@@ -55,15 +55,15 @@ fn on_host() -> Vec<Layout> {
             ray_start sample_count camera_right max_depth camera_up light_count camera_forward min_weight
             start_right start_t start_up start_depth ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
-            tile_count tile_stride slot_count stack_capacity step_budget vertex_count uv_offset color_offset
-            tangent_offset rotation_cos rotation_sin max_rays camera_media zero tolerance environment
+            tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance texture_kinds padding environment
         }
-        LeafTriangle { entry vertex_0 vertex_1 vertex_2 material node }
+        LeafTriangle { vertices entry }
         TextureUse { row_u offset row_v uv_set width height flags unused }
         Material {
             base_color emissive alpha_cutoff specular_color specular metallic roughness transmission ior normal_scale
             occlusion_strength flags medium whitted_ks whitted_n whitted_kt whitted_ka whitted_kd unused_0 unused_1
-            unused_2 textures
+            unused_2
         }
         Light {
             position kind direction inverse_range intensity spot_scale spot_cos_outer nearest unused_0 unused_1
