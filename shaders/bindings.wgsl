@@ -21,8 +21,9 @@
 @group(0) @binding(14) var<uniform> decoded_srgb: array<vec4f, SRGB_CODES / 4>; // of each code of 8 bits (IEC 61966-2-1)
 
 // What a kernel writes.
-@group(1) @binding(0) var<storage, read_write> slots: array<Slot>;
-@group(1) @binding(1) var<storage, read_write> ray_stack: array<vec4u>; // see ray_stack.wgsl
+@group(1) @binding(0) var slots: texture_storage_2d<rgba32uint, read_write>; // a Slot's words: see ray_tree.wgsl
+@group(1) @binding(1) var ray_stack: texture_storage_2d<rgba32uint, read_write>; // see ray_stack.wgsl
+@group(1) @binding(10) var hits: texture_storage_2d<rgba32uint, read_write>; // of the rays on the list, in its order
 @group(1) @binding(2) var<storage, read_write> counters: array<atomic<u32>>; // see counters.wgsl
 @group(1) @binding(3) var<storage, read_write> aovs: array<Aov>;
 @group(1) @binding(4) var<storage, read> probe_rays: array<ProbeRay>;
@@ -31,3 +32,9 @@
 @group(1) @binding(7) var<storage, read_write> piece_results: array<u32>;
 @group(1) @binding(8) var<storage, read> secondary_rays: array<SecondaryRay>;
 @group(1) @binding(9) var<storage, read_write> secondary_hits: array<SecondaryHit>;
+
+// The list that a kernel reads and the one that it writes: they change places after each iteration (work_lists.wgsl).
+@group(2) @binding(0) var<storage, read> list_in: vec4u; // a WorkList
+@group(2) @binding(1) var<storage, read> queue_in: array<u32>;
+@group(2) @binding(2) var<storage, read_write> list_out: WorkList;
+@group(2) @binding(3) var<storage, read_write> queue_out: array<u32>;

@@ -1,6 +1,6 @@
-// Statistics of a dispatch. The host adds them up in 64 bits and clears them for the next one.
+// Statistics of some dispatches. The host adds them up in 64 bits and clears them for the next one.
 
-const UNFINISHED_SLOTS: u32 = 0u; // always counted: the host dispatches again until it is zero
+const ITERATIONS: u32 = 0u; // with a ray to trace; always counted
 const PRIMARY_RAYS: u32 = 1u;
 const SHADOW_RAYS: u32 = 2u;
 const REFLECTION_RAYS: u32 = 3u;

@@ -1,4 +1,4 @@
-// Pending work of a pixel: a stack in storage, so that a dispatch can end at any ray and the next one goes on from there.
+// Pending work of a pixel: a stack in a table of its own, so that each kernel goes on where the last one ended.
 
 // A work item is one of three.
 const RADIANCE: u32 = 0u; // a ray whose radiance is wanted
@@ -26,14 +26,29 @@ struct WorkItem {
 
 var<private> pending: u32; // items on this slot's stack
 
-const ITEM_WORDS: u32 = 4u; // vec4u each
+const ITEM_WORDS: u32 = 4u; // texels each
 
-// Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray that a
-// dispatch ends at. Above them, in a program with long rays, lies that ray's traversal.
+// Bits of an item's flags, above its kind.
+const ITEM_KIND: u32 = 3u;
+const ITEM_STRAIGHT: u32 = 4u;
+const ITEM_JOINED: u32 = 8u;
+const ITEM_FROM: u32 = 16u; // its t_min is not 0
+const ITEM_DEPTH_SHIFT: u32 = 5u;
+
+// Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray to trace.
+// Above them, in a program with long rays, lies that ray's traversal.
 const EXTRA_ITEMS: u32 = 2u;
 
-// Words of a suspended traversal before its stack, a vec4u for each entry: hit and place, then faces in contact.
+// Words of a suspended traversal before its stack, a texel for each entry: hit and place, then faces in contact.
 const SUSPENDED_HEAD: u32 = 7u;
+
+fn stack_word(index: u32) -> vec4u {
+    return textureLoad(ray_stack, table_place(index));
+}
+
+fn store_stack_word(index: u32, word: vec4u) {
+    textureStore(ray_stack, table_place(index), word);
+}
 
 // Lanes lie side by side, so that a vector of them reads one run of memory.
 fn item_address(slot: u32, level: u32, word: u32) -> u32 {
@@ -43,39 +58,56 @@ fn item_address(slot: u32, level: u32, word: u32) -> u32 {
 // The meaning of the shared words differs by kind: the host never looks inside.
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
-    let flags = item.kind | select(0u, 4u, item.straight) | select(0u, 8u, item.joined) | (item.depth << 4u);
+    let flags = item.kind | select(0u, ITEM_STRAIGHT, item.straight) | select(0u, ITEM_JOINED, item.joined)
+        | select(0u, ITEM_FROM, item.t_min != 0.0) | (item.depth << ITEM_DEPTH_SHIFT);
     // A radiance ray ends nowhere, a shadow ray has no descendants.
     let bound = select(bitcast<u32>(item.t_max), item.allotment, item.kind == RADIANCE);
-    ray_stack[item_address(slot, level, 0u)] = vec4u(bitcast<vec3u>(item.origin), select(bound, item.light, is_lights));
-    ray_stack[item_address(slot, level, 1u)] = vec4u(bitcast<vec3u>(item.direction), flags);
-    ray_stack[item_address(slot, level, 2u)] = vec4u(bitcast<vec3u>(item.throughput), select(item.after, item.hit.leaf, is_lights));
     var rest = 0u;
     if (HAS_SOLIDS) {
         rest = pack_rest(item.rest);
     }
-    ray_stack[item_address(slot, level, 3u)] = vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights));
+    store_stack_word(item_address(slot, level, 0u), vec4u(bitcast<vec3u>(item.origin), select(item.after, item.hit.leaf, is_lights)));
+    store_stack_word(item_address(slot, level, 1u), vec4u(bitcast<vec3u>(item.direction), flags));
+    store_stack_word(item_address(slot, level, 2u), vec4u(bitcast<vec3u>(item.throughput), select(bound, item.light, is_lights)));
+    store_stack_word(item_address(slot, level, 3u), vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)));
+}
+
+// An item's part that traversal needs: all but throughput, media, and what comes after them.
+fn load_ray(slot: u32, level: u32) -> WorkItem {
+    let a = stack_word(item_address(slot, level, 0u));
+    let b = stack_word(item_address(slot, level, 1u));
+    var item: WorkItem;
+    item.origin = bitcast<vec3f>(a.xyz);
+    item.after = a.w;
+    item.direction = bitcast<vec3f>(b.xyz);
+    item.kind = b.w & ITEM_KIND;
+    item.t_max = T_MAX;
+    if (item.kind == SHADOW) {
+        item.t_max = bitcast<f32>(stack_word(item_address(slot, level, 2u)).w);
+    }
+    if ((b.w & ITEM_FROM) != 0u) {
+        item.t_min = bitcast<f32>(stack_word(item_address(slot, level, 3u)).z);
+    }
+    return item;
 }
 
 fn load_item(slot: u32, level: u32) -> WorkItem {
-    let a = ray_stack[item_address(slot, level, 0u)];
-    let b = ray_stack[item_address(slot, level, 1u)];
-    let c = ray_stack[item_address(slot, level, 2u)];
-    let d = ray_stack[item_address(slot, level, 3u)];
+    let a = stack_word(item_address(slot, level, 0u));
+    let b = stack_word(item_address(slot, level, 1u));
+    let c = stack_word(item_address(slot, level, 2u));
+    let d = stack_word(item_address(slot, level, 3u));
     var item: WorkItem;
     item.origin = bitcast<vec3f>(a.xyz);
-    item.light = a.w;
-    item.allotment = a.w;
+    item.after = a.w;
     item.direction = bitcast<vec3f>(b.xyz);
-    item.kind = b.w & 3u;
-    item.t_max = T_MAX;
-    if (item.kind == SHADOW) {
-        item.t_max = bitcast<f32>(a.w);
-    }
-    item.straight = (b.w & 4u) != 0u;
-    item.joined = (b.w & 8u) != 0u;
-    item.depth = b.w >> 4u;
+    item.kind = b.w & ITEM_KIND;
+    item.straight = (b.w & ITEM_STRAIGHT) != 0u;
+    item.joined = (b.w & ITEM_JOINED) != 0u;
+    item.depth = b.w >> ITEM_DEPTH_SHIFT;
     item.throughput = bitcast<vec3f>(c.xyz);
-    item.after = c.w;
+    item.light = c.w;
+    item.allotment = c.w;
+    item.t_max = select(T_MAX, bitcast<f32>(c.w), item.kind == SHADOW);
     item.media = d.xy;
     item.t_min = bitcast<f32>(d.z);
     item.through = d.zw;
@@ -85,7 +117,7 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
         }
     }
     if (item.kind == LIGHTS) {
-        item.hit = Hit(0.0, leaf_triangle(c.w).entry & LEAF_TRIANGLE, c.w, false); // whether seen from behind, surface_at finds again
+        item.hit = Hit(0.0, leaf_triangle(a.w).entry & LEAF_TRIANGLE, a.w, false); // whether seen from behind, surface_at finds again
     }
     return item;
 }
@@ -93,9 +125,4 @@ fn load_item(slot: u32, level: u32) -> WorkItem {
 fn push(slot: u32, item: WorkItem) {
     store_item(slot, pending, item);
     pending += 1u;
-}
-
-fn pop(slot: u32) -> WorkItem {
-    pending -= 1u;
-    return load_item(slot, pending);
 }

@@ -1,6 +1,7 @@
 // The ray tree of a pixel (Whitted 1980), walked top down: eq. 14.32 is linear in Ir and It, so each pending ray carries its
-// throughput, and what it finds is added to the pixel at once. One loop with one call of `trace` and one of `surface_at`,
-// whatever the kind of ray: lavapipe inlines every call, and lanes with different kinds keep going together.
+// throughput, and what it finds is added to the pixel at once. Depth first, one ray of each pixel at a time: all pixels' rays are
+// traced by one kernel, what they found is shaded by another (work_lists.wgsl). lavapipe inlines every call, so what is large
+// has one call site.
 
 // The pixel's sum so far, and the rays that it took.
 var<private> radiance: vec4f;
@@ -9,15 +10,27 @@ var<private> rays: u32;
 // Rays of the current sample's tree that went to its common half of `max_rays` so far.
 var<private> common_rays: u32;
 
-// Iterations of all loops but those of traversal, about: what a ray takes at least, and the lights that are looked at.
-var<private> other_steps: u32;
-const RAY_STEPS: u32 = 48u;
-
-// By how much a ray may exceed the budget before its own traversal is suspended.
-const SUSPEND_BEYOND: u32 = 2048u;
-
 // Lights that are looked at in one go: there may be many that add nothing.
 const LIGHTS_AT_ONCE: u32 = 512u;
+
+// Texels of a slot: what types.wgsl calls Slot.
+const SLOT_WORDS: u32 = 2u;
+
+fn slot_word(slot: u32, word: u32) -> vec4u {
+    return textureLoad(slots, table_place(word * frame.slot_count + slot));
+}
+
+fn load_slot(slot: u32) {
+    let counts = slot_word(slot, 1u);
+    radiance = bitcast<vec4f>(slot_word(slot, 0u));
+    rays = counts.x;
+    common_rays = counts.y;
+}
+
+fn store_slot(slot: u32) {
+    textureStore(slots, table_place(slot), bitcast<vec4u>(radiance));
+    textureStore(slots, table_place(frame.slot_count + slot), vec4u(rays, common_rays, 0u, 0u));
+}
 
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     let ray = camera_ray(pixel, sample_offset(sample));
@@ -33,11 +46,7 @@ fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
     if (HAS_SOLIDS) {
         item.media = frame.camera_media;
     }
-    count(PRIMARY_RAYS);
-    rays += 1u;
     item.allotment = frame.max_rays - frame.max_rays / 2u;
-    common_rays = 0u;
-    radiance.w += 1.0;
     return item;
 }
 
@@ -102,33 +111,34 @@ struct Branch {
     allotment: u32, // see WorkItem
 }
 
-// A new ray of the tree, unless it ends here: README.md, "Where branches end".
-fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
+// A new ray of the tree. Kind LIGHTS in the result: it ends here. README.md, "Where branches end".
+fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
+    var child: WorkItem;
+    child.kind = LIGHTS;
     let throughput = min(parent.throughput * branch.weight, vec3f(LARGEST_THROUGHPUT));
     let largest = max_component(throughput);
     if (!(largest > 0.0)) {
-        return;
+        return child;
     }
     if (largest < frame.min_weight) {
         count(ENDED_WEIGHT);
-        return;
+        return child;
     }
     if (parent.depth >= frame.max_depth) {
         count(ENDED_DEPTH);
-        return;
+        return child;
     }
     if (branch.overflow || pending >= frame.stack_capacity) {
         count_dropped(ENDED_STORAGE);
-        return;
+        return child;
     }
     if (branch.allotment == 0u) {
         if (common_rays >= frame.max_rays / 2u) {
             count_dropped(ENDED_BUDGET);
-            return;
+            return child;
         }
         common_rays += 1u;
     }
-    var child: WorkItem;
     child.origin = spawn_origin(surface, branch.direction);
     child.direction = branch.direction;
     child.rest = branch.rest;
@@ -142,109 +152,109 @@ fn spawn(slot: u32, parent: WorkItem, surface: Surface, branch: Branch) {
     child.after = surface.triangle;
     count(branch.counter);
     rays += 1u;
-    push(slot, child);
+    return child;
 }
 
-// The surface's own radiance, and the rays that it spawns.
-fn shade(slot: u32, item: WorkItem, surface: Surface, crossing: Crossing, made: Interface) {
-    let reflected = reflected_direction(surface, made.cos_i);
-    var transmitted = item.direction;
-    var rest = item.rest;
+// Where light comes from that a surface sends on, and how much of it.
+struct Scattering {
+    reflected: vec3f,
+    transmitted: vec3f,
+    rest: vec3f, // WorkItem.rest of the transmitted ray
+    shading: Shading,
+}
+
+fn scatter(item: WorkItem, surface: Surface, made: Interface) -> Scattering {
+    var found: Scattering;
+    found.reflected = reflected_direction(surface, made.cos_i);
+    found.transmitted = item.direction;
+    found.rest = item.rest;
     if (HAS_SOLIDS) {
         if (surface.medium != 0u) {
             let bent = refracted(surface, made, -item.rest);
-            transmitted = bent.direction;
-            rest = bent.rest;
+            found.transmitted = bent.direction;
+            found.rest = bent.rest;
         }
     }
-    var shading: Shading;
     if (HAS_WHITTED) {
-        shading = whitted_shading(surface, made);
+        found.shading = whitted_shading(surface, made);
     } else {
-        shading = pbr_shading(surface, made, reflected, transmitted);
+        found.shading = pbr_shading(surface, made, found.reflected, found.transmitted);
     }
     if (HAS_UNLIT) {
         if ((surface.flags & MATERIAL_UNLIT) != 0u) {
-            shading = Shading(surface.base, vec3f(0.0), vec3f(0.0));
+            found.shading = Shading(surface.base, vec3f(0.0), vec3f(0.0));
         }
     }
-    collect(weighted(item.throughput * surface.alpha, shading.radiance));
-
-    if (HAS_BRANCHES) {
-        let all_weights = 1.0 - surface.alpha + surface.alpha * (max_component(shading.transmitted) + max_component(shading.reflected));
-        let to_share = max(item.allotment, 1u) - 1u;
-        var remaining = to_share;
-        // One loop with one call of `spawn`. Last pushed, first traced: the reflected ray.
-        for (var k = 0u; k < 3u; k++) {
-            let past = select(0.0, 1.0 - surface.alpha, k == 0u);
-            var branch = Branch(item.direction, item.rest, vec3f(past), item.media, false, item.straight, REFRACTION_RAYS, 0u);
-            if (HAS_TRANSMISSION) {
-                if (k == 1u) {
-                    branch = Branch(transmitted, rest, surface.alpha * shading.transmitted, crossing.through, crossing.full, false, REFRACTION_RAYS, 0u);
-                }
-            }
-            if (HAS_REFLECTION) {
-                if (k == 2u) {
-                    branch = Branch(reflected, vec3f(0.0), surface.alpha * shading.reflected, item.media, false, false, REFLECTION_RAYS, 0u);
-                }
-            }
-            let share = max_component(branch.weight) / max(all_weights, 1e-30);
-            branch.allotment = min(u32(share * f32(to_share)), remaining);
-            remaining -= branch.allotment;
-            spawn(slot, item, surface, branch);
-        }
-    }
+    return found;
 }
 
-// The shadow ray to the next light from `item.light` on that could add anything; the lights after it stay pending. Kind
-// LIGHTS in the result: there is none.
-fn next_shadow_ray(slot: u32, item: WorkItem, surface: Surface, made: Interface) -> WorkItem {
+// What a surface leaves to be traced, in the order in which it is put on the stack: last put, first traced.
+const PAST: u32 = 0u; // the ray that goes on past what alpha leaves out
+const TRANSMITTED: u32 = 1u;
+const REFLECTED: u32 = 2u;
+const LIGHTS_LEFT: u32 = 3u; // lights after the one that is looked at now
+const ONWARD: u32 = 4u; // a shadow ray, or a ray that goes on as it came
+
+fn branch_of(which: u32, item: WorkItem, surface: Surface, crossing: Crossing, found: Scattering) -> Branch {
+    let past = vec3f(select(0.0, 1.0 - surface.alpha, which == PAST));
+    var branch = Branch(item.direction, item.rest, past, item.media, false, item.straight, REFRACTION_RAYS, 0u);
+    if (HAS_TRANSMISSION) {
+        if (which == TRANSMITTED) {
+            let weight = surface.alpha * found.shading.transmitted;
+            branch = Branch(found.transmitted, found.rest, weight, crossing.through, crossing.full, false, REFRACTION_RAYS, 0u);
+        }
+    }
+    if (HAS_REFLECTION) {
+        if (which == REFLECTED) {
+            let weight = surface.alpha * found.shading.reflected;
+            branch = Branch(found.reflected, vec3f(0.0), weight, item.media, false, false, REFLECTION_RAYS, 0u);
+        }
+    }
+    return branch;
+}
+
+// The shadow ray to the next light from `item.light` on that could add anything; `light` in the result: where to go on after it.
+// Kind LIGHTS: there is none, up to `light`.
+fn next_shadow_ray(item: WorkItem, surface: Surface, made: Interface) -> WorkItem {
     var next = item;
-    for (var k = item.light; k < frame.light_count; k++) {
-        if (HAS_MANY_LIGHTS) {
-            if (k - item.light >= LIGHTS_AT_ONCE) {
-                next.light = k;
-                push(slot, next);
-                return next;
+    next.kind = LIGHTS;
+    loop {
+        if (next.light >= frame.light_count || next.light - item.light >= LIGHTS_AT_ONCE) {
+            break;
+        }
+        let light = sample_light(next.light, surface.position);
+        next.light += 1u;
+        var reflected = vec3f(0.0);
+        if (dot(surface.ns, light.direction) > 0.0 && dot(surface.ng, light.direction) > 0.0) {
+            if (HAS_WHITTED) {
+                reflected = whitted_direct(surface, light.direction);
+            } else {
+                reflected = pbr_direct(surface, made, light.direction);
             }
-        }
-        other_steps += 1u;
-        let light = sample_light(k, surface.position);
-        if (dot(surface.ns, light.direction) <= 0.0 || dot(surface.ng, light.direction) <= 0.0) {
-            continue;
-        }
-        var reflected: vec3f;
-        if (HAS_WHITTED) {
-            reflected = whitted_direct(surface, light.direction);
-        } else {
-            reflected = pbr_direct(surface, made, light.direction);
         }
         let added = weighted(item.throughput * surface.alpha, light.irradiance * min(reflected, vec3f(LARGEST_THROUGHPUT)));
-        if (!(max_component(added) > 0.0)) {
-            continue;
+        if (max_component(added) > 0.0) {
+            next.kind = SHADOW;
+            next.throughput = added;
+            next.direction = light.direction;
+            next.t_max = light.distance;
+            break;
         }
-        if (HAS_MANY_LIGHTS) {
-            if (k + 1u < frame.light_count) {
-                next.light = k + 1u;
-                push(slot, next);
-            }
+        if (!HAS_MANY_LIGHTS) {
+            break;
         }
-        let origin = spawn_origin(surface, light.direction);
-        next.origin = origin;
-        next.direction = light.direction;
-        next.t_max = light.distance;
-        if (light.distance < T_MAX) {
-            let towards = surface.position + light.distance * light.direction - origin;
+    }
+    if (next.kind == SHADOW) {
+        next.origin = spawn_origin(surface, next.direction);
+        if (next.t_max < T_MAX) {
+            let towards = surface.position + next.t_max * next.direction - next.origin;
             next.t_max = length(towards);
             next.direction = towards / max(next.t_max, 1e-30);
         }
-        next.kind = SHADOW;
-        next.throughput = added;
         next.t_min = 0.0;
         next.after = surface.triangle;
         count(SHADOW_RAYS);
         rays += 1u;
-        return next;
     }
     return next;
 }
@@ -290,161 +300,207 @@ fn straight_on(item: WorkItem, surface: Surface, crossing: Crossing, t: f32) -> 
     return next;
 }
 
-// Goes on with a pixel until it is finished or the budget is spent; true: finished.
-fn advance(slot: u32, pixel: vec2u) -> bool {
-    var next_sample = slots[slot].next_sample;
-    var item: WorkItem;
-    var has_item = false;
-    var gathering = false;
-    var finished = false;
-    if (HAS_LONG_RAYS) {
-        traversal_slot = slot;
-        suspend_at = frame.step_budget + SUSPEND_BEYOND;
-        suspended = slots[slot].stack_height > STACK_HEIGHT;
-        if (HAS_CONTACT) {
-            gathering = (slots[slot].stack_height & SUSPENDED_CONTACT) != 0u;
-            if (gathering) {
-                load_contact();
-            }
+// Goes on behind a surface that stands in no ray's way: a hole in an alpha mask; what a shadow ray passes; a face of solids that
+// light does not see. Kind LIGHTS in the result: the ray ends there. `goes_on` false: the surface is to be shaded.
+struct Passing {
+    goes_on: bool,
+    ray: WorkItem,
+}
+
+fn pass_by(item: WorkItem, surface: Surface, crossing: Crossing, hit: Hit) -> Passing {
+    var passing = Passing(false, item);
+    if (item.kind == LIGHTS) {
+        return passing;
+    }
+    if (HAS_MASK) {
+        if (cut_out(surface)) {
+            passing.goes_on = true;
+            passing.ray.t_min = hit.t;
+            passing.ray.after = hit.triangle;
+            return passing;
         }
     }
-    pending = slots[slot].stack_height & STACK_HEIGHT;
-    radiance = slots[slot].radiance;
-    rays = slots[slot].rays;
-    common_rays = slots[slot].common_rays;
-    loop {
-        if (!has_item) {
-            if (pending > 0u) {
-                item = pop(slot);
-            } else if (next_sample < frame.sample_count) {
-                item = camera_item(pixel, next_sample);
-                next_sample += 1u;
-            } else {
-                finished = true;
-                break;
+    if (HAS_STRAIGHT_ON) {
+        if (item.kind == SHADOW || crossing.hidden) {
+            passing.goes_on = true;
+            passing.ray = straight_on(item, surface, crossing, hit.t);
+        }
+    }
+    return passing;
+}
+
+// Puts on the stack what `todo` names, a bit each.
+fn push_all(slot: u32, todo: u32, item: WorkItem, surface: Surface, crossing: Crossing, found: Scattering, left: WorkItem, onward: WorkItem) {
+    let shading = found.shading;
+    let all_weights = 1.0 - surface.alpha + surface.alpha * (max_component(shading.transmitted) + max_component(shading.reflected));
+    let to_share = max(item.allotment, 1u) - 1u;
+    var remaining = to_share;
+    // One loop with one call of each; that its end is not known keeps drivers from unrolling it.
+    var rest = todo;
+    while (rest != 0u) {
+        let which = firstTrailingBit(rest);
+        rest &= rest - 1u;
+        var pushed = onward;
+        if (HAS_MANY_LIGHTS) {
+            if (which == LIGHTS_LEFT) {
+                pushed = left;
             }
         }
-        // Not while faces in contact are gathered: what was found of them is kept where a traversal is suspended, else not.
-        if (node_visits + triangle_tests + other_steps >= frame.step_budget && !gathering) {
-            push(slot, item);
-            break;
+        if (HAS_BRANCHES) {
+            if (which <= REFLECTED) {
+                var branch = branch_of(which, item, surface, crossing, found);
+                let share = max_component(branch.weight) / max(all_weights, 1e-30);
+                branch.allotment = min(u32(share * f32(to_share)), remaining);
+                remaining -= branch.allotment;
+                pushed = spawn(item, surface, branch);
+                if (pushed.kind == LIGHTS) {
+                    continue;
+                }
+            }
         }
-        other_steps += RAY_STEPS;
-        has_item = false;
-        var hit = item.hit;
+        push(slot, pushed);
+    }
+}
+
+// What the item finds at a surface: light of its own, and what is still to be traced.
+fn shade(slot: u32, popped: WorkItem, hit: Hit) {
+    var item = popped;
+    var surface = surface_at(hit, item.origin, item.direction);
+    if (HAS_CONTACT) {
+        if (item.joined) {
+            // Rays start clear of all faces in this place, whichever is shaded.
+            let height = contact_height(leaf_positions(hit.leaf));
+            surface.position_error = max(surface.position_error, vec3f(1.5 * height));
+        }
+    }
+    var crossing = Crossing(item.media, false, false);
+    if (HAS_SOLIDS) {
+        crossing.through = item.through;
         if (item.kind != LIGHTS) {
-            var t_min = item.t_min;
-            var after = item.after;
-            var t_max = item.t_max;
-            if (HAS_CONTACT) {
-                if (gathering) {
-                    t_min = contact.t;
-                    after = contact.triangle;
-                    t_max = min(contact.reach, t_max);
-                }
-            }
-            hit = trace(item.origin, item.direction, t_min, after, t_max, item.kind == SHADOW);
-            if (HAS_LONG_RAYS) {
-                if (suspended) {
-                    push(slot, item);
-                    break;
-                }
-            }
-            if (HAS_CONTACT) {
-                var medium = 0u;
-                if (hit.triangle != NO_HIT) {
-                    medium = load_material(leaf_material(hit.leaf)).medium;
-                }
-                if (gathering) {
-                    gathering = join_contact(hit, medium);
-                } else if (medium != 0u) {
-                    begin_contact(hit, medium, item.origin, item.direction);
-                    gathering = true;
-                } else {
-                    no_contact(hit);
-                }
-                if (gathering) {
-                    has_item = true;
-                    continue;
-                }
-                hit = contact.hit;
-                item.joined = contact.joined;
-            }
-            if (hit.triangle == NO_HIT) {
-                arrive(item);
-                continue;
-            }
-            if (item.kind == SHADOW) {
-                if (HAS_TRANSPARENT_SHADOWS) {
-                    if ((leaf_triangle(hit.leaf).entry & LEAF_TRANSPARENT) == 0u) {
-                        continue;
-                    }
-                } else {
-                    continue;
-                }
-            }
+            crossing = crossing_at(surface, item.media);
         }
-        var surface = surface_at(hit, item.origin, item.direction);
-        if (HAS_CONTACT) {
-            if (item.joined) {
-                // Rays start clear of all faces in this place, whichever is shaded.
-                let height = contact_height(leaf_positions(hit.leaf));
-                surface.position_error = max(surface.position_error, vec3f(1.5 * height));
-            }
+    }
+    var onward = item;
+    onward.kind = LIGHTS;
+    var left = onward;
+    var found: Scattering;
+    var todo = 0u;
+    if (HAS_ABSORPTION) {
+        if (item.kind != LIGHTS && !cut_out(surface)) {
+            item.throughput *= medium_transmittance(item.media, hit.t);
         }
-        var crossing = Crossing(item.media, false, false);
-        if (HAS_SOLIDS) {
-            if (item.kind == LIGHTS) {
-                crossing.through = item.through;
-            }
-        }
-        if (item.kind != LIGHTS) {
-            if (HAS_MASK) {
-                if (cut_out(surface)) {
-                    item.t_min = hit.t;
-                    item.after = hit.triangle;
-                    has_item = true;
-                    continue;
-                }
-            }
-            if (HAS_ABSORPTION) {
-                item.throughput *= medium_transmittance(item.media, hit.t);
-            }
-            if (HAS_SOLIDS) {
-                crossing = crossing_at(surface, item.media);
-            }
-        }
-        if (HAS_STRAIGHT_ON) {
-            if (item.kind == SHADOW || crossing.hidden) {
-                item = straight_on(item, surface, crossing, hit.t);
-                has_item = item.kind != LIGHTS;
-                continue;
-            }
-        }
+    }
+    let passing = pass_by(item, surface, crossing, hit);
+    if (passing.goes_on) {
+        onward = passing.ray;
+    } else {
         let made = interface_between(surface, -item.rest, item.media, crossing.through);
         if (item.kind == RADIANCE) {
-            shade(slot, item, surface, crossing, made);
+            found = scatter(item, surface, made);
+            collect(weighted(item.throughput * surface.alpha, found.shading.radiance));
             item.light = 0u;
-            item.kind = LIGHTS;
-            item.hit = hit;
-            item.through = crossing.through;
+            if (HAS_BRANCHES) {
+                todo = (1u << PAST) | (1u << TRANSMITTED) | (1u << REFLECTED);
+            }
         }
         if (HAS_LIGHTS) {
             if ((surface.flags & MATERIAL_UNLIT) == 0u) {
-                item = next_shadow_ray(slot, item, surface, made);
-                has_item = item.kind == SHADOW;
+                onward = next_shadow_ray(item, surface, made);
+                left = item;
+                left.kind = LIGHTS;
+                left.light = onward.light;
+                left.hit = hit;
+                left.through = crossing.through;
+                if (HAS_MANY_LIGHTS) {
+                    todo |= select(0u, 1u << LIGHTS_LEFT, onward.light < frame.light_count);
+                }
             }
         }
     }
-    var suspended_in = 0u;
-    if (HAS_LONG_RAYS) {
-        suspended_in = select(0u, select(SUSPENDED_TRAVERSAL, SUSPENDED_CONTACT, gathering), suspended);
+    todo |= select(1u << ONWARD, 0u, onward.kind == LIGHTS);
+    push_all(slot, todo, item, surface, crossing, found, left, onward);
+}
+
+// Whether a ray has come to a surface that it has to do with; if not, it has ended.
+fn meets_surface(item: WorkItem, hit: Hit) -> bool {
+    if (hit.triangle == NO_HIT) {
+        arrive(item);
+        return false;
+    }
+    if (item.kind == SHADOW) {
+        if (HAS_TRANSPARENT_SHADOWS) {
+            return (leaf_triangle(hit.leaf).entry & LEAF_TRANSPARENT) != 0u;
+        }
+        return false;
+    }
+    return true;
+}
+
+// Gathers the faces that lie in the place of a hit; true: there may be more of them, and the ray has to be traced on.
+fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
+    var medium = 0u;
+    if (hit.triangle != NO_HIT) {
+        medium = load_material(leaf_material(hit.leaf)).medium;
+    }
+    if (gathering) {
+        load_contact();
+        return join_contact(hit, medium);
+    }
+    if (medium != 0u) {
+        begin_contact(hit, medium, item.origin, item.direction);
+        return true;
+    }
+    no_contact(hit);
+    return false;
+}
+
+// Goes on with a slot whose ray on top of the stack was traced. The result: its entry in the list of those with a ray to trace.
+fn advance(entry: u32, index: u32) -> u32 {
+    let slot = entry_slot(entry);
+    pending = entry_level(entry);
+    var item = load_item(slot, pending);
+    var hit = item.hit;
+    var meets = true;
+    if (item.kind != LIGHTS) {
+        let traced = load_hit(index);
+        hit = traced.hit;
+        if (HAS_LONG_RAYS) {
+            if (traced.suspended) {
+                return entry | ENTRY_SUSPENDED;
+            }
+        }
         if (HAS_CONTACT) {
-            if (suspended_in == SUSPENDED_CONTACT) {
+            traversal_slot = slot;
+            if (gather_contact(item, hit, (entry & ENTRY_GATHERING) != 0u)) {
                 store_contact();
+                return entry_of(slot, pending) | ENTRY_GATHERING;
+            }
+            hit = contact.hit;
+            item.joined = contact.joined;
+        }
+    }
+    load_slot(slot);
+    if (item.kind != LIGHTS) {
+        meets = meets_surface(item, hit);
+    }
+    if (HAS_MANY_LIGHTS) {
+        // The lights that a surface has left need no ray of their own.
+        if (!meets && pending > 0u) {
+            let below = load_item(slot, pending - 1u);
+            if (below.kind == LIGHTS) {
+                item = below;
+                hit = below.hit;
+                pending -= 1u;
+                meets = true;
             }
         }
     }
-    slots[slot] = Slot(radiance, pending | suspended_in, next_sample, rays, common_rays);
-    return finished;
+    if (meets) {
+        shade(slot, item, hit);
+    }
+    store_slot(slot);
+    if (pending == 0u) {
+        return NO_ENTRY;
+    }
+    return entry_of(slot, pending - 1u);
 }

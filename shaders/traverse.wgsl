@@ -17,8 +17,8 @@ fn suspended_word(word: u32) -> u32 {
 }
 
 fn store_traversal(hit: Hit, group: vec2u, height: u32) {
-    ray_stack[suspended_word(0u)] = vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back));
-    ray_stack[suspended_word(1u)] = vec4u(group, height, 0u);
+    store_stack_word(suspended_word(0u), vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
+    store_stack_word(suspended_word(1u), vec4u(group, height, 0u));
 }
 
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
@@ -49,13 +49,13 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var group = vec2u(0u, 0x80000000u);
     if (HAS_LONG_RAYS) {
         if (suspended) {
-            let found = ray_stack[suspended_word(0u)];
-            let place = ray_stack[suspended_word(1u)];
+            let found = stack_word(suspended_word(0u));
+            let place = stack_word(suspended_word(1u));
             hit = Hit(bitcast<f32>(found.x), found.y, found.z, found.w != 0u);
             group = place.xy;
             height = place.z;
             for (var k = 0u; k < height; k++) {
-                stack[k] = ray_stack[suspended_word(SUSPENDED_HEAD + k)].xy;
+                stack[k] = stack_word(suspended_word(SUSPENDED_HEAD + k)).xy;
             }
             suspended = false;
         }
@@ -65,7 +65,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             if (node_visits + triangle_tests >= suspend_at) {
                 store_traversal(hit, group, height);
                 for (var k = 0u; k < height; k++) {
-                    ray_stack[suspended_word(SUSPENDED_HEAD + k)] = vec4u(stack[k], 0u, 0u);
+                    store_stack_word(suspended_word(SUSPENDED_HEAD + k), vec4u(stack[k], 0u, 0u));
                 }
                 suspended = true;
                 break;

@@ -11,7 +11,7 @@ struct EnvironmentLevel {
 // What is the same for all invocations of a dispatch.
 struct Frame {
     ray_start: vec3f, // of the ray through the picture's middle: its place at t = 0
-    sample_count: u32,
+    sample: u32, // of each pixel, that this dispatch is for
     camera_right: vec3f, // to the picture's right edge (perspective: at unit distance along forward)
     max_depth: u32,
     camera_up: vec3f, // to the picture's upper edge
@@ -35,7 +35,7 @@ struct Frame {
     tile_stride: u32, // coprime to tile_count: workgroup g renders tile first_tile + g * tile_stride mod tile_count
     slot_count: u32, // 64 * tile_count
     stack_capacity: u32, // work items a slot
-    step_budget: u32, // loop iterations of an invocation after which it leaves further rays to the next dispatch
+    step_budget: u32, // node visits and triangle tests after which a ray is left to the next dispatch
     vertex_words: u32, // texels of a vertex in `attributes`; the normal is the first
     uv_word: u32, // which of them the uv sets begin with, two in each
     color_word: u32,
@@ -166,16 +166,19 @@ struct Medium {
 // A pixel's progress between dispatches.
 struct Slot {
     radiance: vec4f, // sum over the samples; alpha in w
-    stack_height: u32, // pending work items; SUSPENDED_* in the upper bits
-    next_sample: u32,
     rays: u32, // traced so far, of all kinds
     common_rays: u32, // of the current sample's tree, see ray_tree.wgsl
+    unused_0: u32,
+    unused_1: u32,
 }
 
-// Where in a ray the last dispatch ended, if in the midst of one.
-const SUSPENDED_TRAVERSAL: u32 = 0x40000000u;
-const SUSPENDED_CONTACT: u32 = 0x80000000u; // .. while faces in contact are gathered
-const STACK_HEIGHT: u32 = 0x3fffffffu;
+// How many entries a list has: the arguments of an indirect dispatch over it, and the length itself.
+struct WorkList {
+    workgroups: atomic<u32>,
+    workgroups_y: u32, // 1
+    workgroups_z: u32, // 1
+    length: atomic<u32>,
+}
 
 // What the probe kernel traces, and what it finds.
 struct ProbeRay {

@@ -67,7 +67,7 @@ fn counters_come_in_the_same_order() {
     assert_eq!(constant(&module, "COUNTERS") as usize, COUNTERS);
     let words: Vec<u32> = (0..COUNTERS as u32).collect();
     let mut counted = Counters::default();
-    assert_eq!(counted.add(&words), constant(&module, "UNFINISHED_SLOTS"));
+    assert_eq!(counted.add(&words), constant(&module, "ITERATIONS"));
     let Counters {
         rays,
         node_visits,

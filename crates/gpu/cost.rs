@@ -1,5 +1,7 @@
 //! What a scene's program and buffers cost: all that can be said before a device is asked.
 
+use std::collections::BTreeMap;
+
 use naga::back::spv;
 use raytree_bvh::Bvh;
 use raytree_scene::model::Scene;
@@ -29,7 +31,7 @@ const GEOMETRY: [&str; 6] = [
 /// What rendering a scene takes besides time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// Of the program, as naga writes it: what the driver has to compile.
+    /// Of its kernels together, as naga writes them: what the driver has to compile.
     pub spirv_words: usize,
     /// The program's buffers, in the order of their bindings.
     pub buffers: Vec<BufferCost>,
@@ -73,17 +75,26 @@ pub fn cost(
     features: ProgramFeatures,
 ) -> Result<Cost, RenderError> {
     let limits = Limits::for_depth(bvh.depth);
-    let module = assemble(Kernel::Render, features, limits)?;
+    let modules = Kernel::PICTURE
+        .into_iter()
+        .map(|kernel| assemble(kernel, features, limits))
+        .collect::<Result<Vec<_>, _>>()?;
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
     let work = plan.work();
-    let buffers: Vec<BufferCost> = bindings_of(&module)
-        .into_iter()
-        .map(|binding| BufferCost {
-            bytes: binding_bytes(&binding.name, &gpu_scene, &work),
-            name: binding.name,
+    let bindings: BTreeMap<_, _> = modules
+        .iter()
+        .flat_map(bindings_of)
+        .map(|binding| (binding.place(), binding.name))
+        .collect();
+    let buffers: Vec<BufferCost> = bindings
+        .into_values()
+        .map(|name| BufferCost {
+            bytes: binding_bytes(&name, &gpu_scene, &work),
+            name,
         })
         .collect();
+    let words = modules.iter().map(spirv_words).sum::<Result<usize, _>>()?;
     let geometry: u64 = buffers
         .iter()
         .filter(|buffer| GEOMETRY.contains(&buffer.name.as_str()))
@@ -91,7 +102,7 @@ pub fn cost(
         .sum();
     let triangles = scene.geometry.triangles.len();
     Ok(Cost {
-        spirv_words: spirv_words(&module)?,
+        spirv_words: words,
         triangle_bytes: if triangles == 0 {
             0.0
         } else {
@@ -107,7 +118,7 @@ pub fn cost(
 
 fn spirv_words(module: &naga::Module) -> Result<usize, ProgramError> {
     let failed = |message: String| SpecialiseError {
-        kernel: Kernel::Render.name().to_owned(),
+        kernel: Kernel::ShadeHits.name().to_owned(),
         message,
     };
     let info = validate(module).map_err(failed)?;

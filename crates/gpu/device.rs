@@ -3,8 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use wgpu::{
-    Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor,
-    InstanceFlags, PollError, PollType,
+    Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance,
+    InstanceDescriptor, InstanceFlags, PollError, PollType, TextureFormat,
+    TextureFormatFeatureFlags,
 };
 
 /// Storage buffers that the largest program binds (`shaders/bindings.wgsl`). WebGPU guarantees 8, SwiftShader has 10, other Vulkan
@@ -188,9 +189,17 @@ impl Device {
             max_buffer_size: offered.max_buffer_size,
             ..wgpu::Limits::default()
         };
+        // Working tables are read and written by the same kernel; a format that Vulkan makes every device have.
+        let readable = TextureFormatFeatureFlags::STORAGE_READ_WRITE;
+        let working = adapter.get_texture_format_features(TextureFormat::Rgba32Uint);
+        if !working.flags.contains(readable) {
+            let reason = "it has no storage textures of 32-bit words that can be read";
+            return Err(refused(reason.to_owned()));
+        }
         let descriptor = DeviceDescriptor {
             label: Some("raytree"),
             required_limits,
+            required_features: Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES,
             ..DeviceDescriptor::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))

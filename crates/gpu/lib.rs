@@ -22,6 +22,7 @@ mod solids;
 mod statistics;
 mod table;
 mod upload;
+mod wavefront;
 
 pub mod source;
 pub mod specialise;

@@ -1,20 +1,20 @@
 //! A kernel with its buffers, ready to be dispatched.
 
 use bytemuck::cast_slice;
-use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor};
+use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor};
 
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     piece::{PieceCall, PieceResult},
-    pipeline::{Pipeline, Resources, read_back},
+    pipeline::{Pipeline, Resources, Workgroups, read_back},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
     table::Table,
     types::{
         Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit,
-        SecondaryRay, Slot,
+        SecondaryRay, Slot, WorkList,
     },
     upload::{GpuScene, decoded_srgb},
 };
@@ -32,7 +32,7 @@ pub(crate) struct Work<'a> {
     pub(crate) samples: &'a [[f32; 2]],
 }
 
-/// What the buffer of a binding takes.
+/// What a binding takes on the device, bytes.
 pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -> u64 {
     let slots = u64::from(work.slots);
     let each = |size: usize| slots * size as u64;
@@ -40,8 +40,12 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "frame" => size_of::<Frame>() as u64,
         "samples" => u64::from(MAX_SAMPLES) * 8,
         "media" => (MEDIA * size_of::<Medium>()) as u64,
+        "decoded_srgb" => 4 * SRGB_CODES as u64,
         "slots" => each(size_of::<Slot>()),
         "ray_stack" => slots * work.slot_bytes,
+        "hits" => 16 * slots,
+        "list_in" | "list_out" => size_of::<WorkList>() as u64,
+        "queue_in" | "queue_out" => 4 * slots,
         "counters" => 4 * COUNTERS as u64,
         "aovs" => each(size_of::<Aov>()),
         "probe_rays" => each(size_of::<ProbeRay>()),
@@ -50,8 +54,45 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "piece_results" => each(size_of::<PieceResult>()),
         "secondary_rays" => each(size_of::<SecondaryRay>()),
         "secondary_hits" => each(size_of::<SecondaryHit>()),
-        "decoded_srgb" => 4 * SRGB_CODES as u64,
         _ => gpu_scene.table(name).map_or(0, Table::device_bytes),
+    }
+}
+
+impl Resources {
+    /// Adds what the binding called `name` needs, as `called`, unless it is there.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`].
+    pub(crate) fn provide(
+        &mut self,
+        device: &Device,
+        name: &str,
+        called: &str,
+        gpu_scene: &GpuScene,
+        work: &Work<'_>,
+    ) -> Result<(), RenderError> {
+        if self.has(called) {
+            return Ok(());
+        }
+        let size = binding_bytes(name, gpu_scene, work);
+        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        match name {
+            "frame" => self.reserve(device, called, size, BufferUsages::UNIFORM),
+            "samples" => self.upload_uniform(device, called, cast_slice(work.samples), size),
+            "media" => self.upload_uniform(device, called, cast_slice(&gpu_scene.media), size),
+            "decoded_srgb" => {
+                self.upload_uniform(device, called, cast_slice(&decoded_srgb()), size)
+            }
+            "slots" | "ray_stack" | "hits" => self.add_working_table(device, called, size / 16),
+            "counters" | "aovs" | "probe_hits" | "piece_results" | "secondary_hits"
+            | "list_in" | "list_out" => self.reserve(device, called, size, readable),
+            "queue_in" | "queue_out" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
+                self.reserve(device, called, size, BufferUsages::STORAGE)
+            }
+            _ => gpu_scene
+                .table(name)
+                .map_or(Ok(()), |table| self.add_table(device, called, table)),
+        }
     }
 }
 
@@ -76,32 +117,9 @@ impl Pass {
         let mut resources = Resources::default();
         for binding in pipeline.bindings() {
             let name = binding.name.as_str();
-            let size = binding_bytes(name, gpu_scene, work);
-            let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-            match name {
-                "frame" => resources.reserve(device, name, size, BufferUsages::UNIFORM)?,
-                "samples" => {
-                    resources.upload_uniform(device, name, cast_slice(work.samples), size)?;
-                }
-                "media" => {
-                    resources.upload_uniform(device, name, cast_slice(&gpu_scene.media), size)?;
-                }
-                "slots" | "counters" | "aovs" | "probe_hits" | "piece_results"
-                | "secondary_hits" => resources.reserve(device, name, size, readable)?,
-                "ray_stack" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
-                    resources.reserve(device, name, size, BufferUsages::STORAGE)?;
-                }
-                "decoded_srgb" => {
-                    resources.upload_uniform(device, name, cast_slice(&decoded_srgb()), size)?;
-                }
-                _ => {
-                    if let Some(table) = gpu_scene.table(name) {
-                        resources.add_table(device, name, table)?;
-                    }
-                }
-            }
+            resources.provide(device, name, name, gpu_scene, work)?;
         }
-        let groups = pipeline.bind(device, &resources);
+        let groups = pipeline.bind(device, &resources, str::to_owned);
         device.check()?;
         Ok(Self {
             pipeline,
@@ -122,8 +140,10 @@ impl Pass {
         let mut encoder = device
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
-        self.pipeline
-            .dispatch(&mut encoder, &self.groups, workgroups);
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let workgroups = Workgroups::Count(workgroups);
+        self.pipeline.dispatch(&mut pass, &self.groups, workgroups);
+        drop(pass);
         device.queue.submit([encoder.finish()]);
     }
 

@@ -2,20 +2,21 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
-use naga::{AddressSpace, Module, StorageAccess};
+use naga::{AddressSpace, ImageClass, Module, StorageAccess, TypeInner};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
-    BufferDescriptor, BufferUsages, ComputePipeline, ComputePipelineDescriptor,
+    BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, ComputePipelineDescriptor,
     PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
-    TextureSampleType, TextureView, TextureViewDescriptor, TextureViewDimension,
+    StorageTextureAccess, Texture, TextureFormat, TextureSampleType, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     program::Kernel,
-    table::Table,
+    table::{Table, working_table},
 };
 
 /// A binding that a program has.
@@ -28,11 +29,19 @@ pub struct Binding {
     kind: BindingKind,
 }
 
+impl Binding {
+    /// Group, and index in it.
+    pub(crate) fn place(&self) -> (u32, u32) {
+        (self.group, self.index)
+    }
+}
+
 /// What is bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum BindingKind {
     Buffer(BufferBindingType),
     Table,
+    WorkingTable,
 }
 
 /// The bindings that a specialised module still has.
@@ -50,7 +59,13 @@ pub fn bindings_of(module: &Module) -> Vec<Binding> {
                         read_only: !access.contains(StorageAccess::STORE),
                     })
                 }
-                AddressSpace::Handle => BindingKind::Table,
+                AddressSpace::Handle => match module.types[variable.ty].inner {
+                    TypeInner::Image {
+                        class: ImageClass::Storage { .. },
+                        ..
+                    } => BindingKind::WorkingTable,
+                    _ => BindingKind::Table,
+                },
                 _ => return None,
             };
             let name = variable.name.clone().unwrap_or_default();
@@ -124,8 +139,13 @@ impl Pipeline {
         &self.bindings
     }
 
-    /// Binds what each binding names.
-    pub(crate) fn bind(&self, device: &Device, resources: &Resources) -> Vec<BindGroup> {
+    /// Binds to each binding the resource called `named` of its name.
+    pub(crate) fn bind(
+        &self,
+        device: &Device,
+        resources: &Resources,
+        named: impl Fn(&str) -> String,
+    ) -> Vec<BindGroup> {
         let groups = self.layouts.iter().zip(0_u32..);
         groups
             .map(|(layout, group)| {
@@ -135,7 +155,7 @@ impl Pipeline {
                     .filter(|binding| binding.group == group)
                     .map(|binding| BindGroupEntry {
                         binding: binding.index,
-                        resource: resources.binding(&binding.name),
+                        resource: resources.binding(&named(&binding.name)),
                     })
                     .collect();
                 device.device.create_bind_group(&BindGroupDescriptor {
@@ -147,20 +167,30 @@ impl Pipeline {
             .collect()
     }
 
-    /// Records a dispatch of `workgroups`.
+    /// Records a dispatch.
     pub(crate) fn dispatch(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        pass: &mut ComputePass<'_>,
         groups: &[BindGroup],
-        workgroups: u32,
+        workgroups: Workgroups<'_>,
     ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
         for (group, index) in groups.iter().zip(0_u32..) {
             pass.set_bind_group(index, group, &[]);
         }
-        pass.dispatch_workgroups(workgroups, 1, 1);
+        match workgroups {
+            Workgroups::Count(count) => pass.dispatch_workgroups(count, 1, 1),
+            Workgroups::Listed(arguments) => pass.dispatch_workgroups_indirect(arguments, 0),
+        }
     }
+}
+
+/// How many workgroups a dispatch has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Workgroups<'a> {
+    Count(u32),
+    /// As many as the device has left there.
+    Listed(&'a Buffer),
 }
 
 fn group_layout(device: &Device, bindings: &[Binding], group: u32) -> BindGroupLayout {
@@ -190,6 +220,11 @@ impl BindingKind {
                 has_dynamic_offset: false,
                 min_binding_size: None,
             },
+            Self::WorkingTable => BindingType::StorageTexture {
+                access: StorageTextureAccess::ReadWrite,
+                format: TextureFormat::Rgba32Uint,
+                view_dimension: TextureViewDimension::D2,
+            },
             Self::Table => BindingType::Texture {
                 sample_type: TextureSampleType::Uint,
                 view_dimension: TextureViewDimension::D2,
@@ -203,7 +238,8 @@ impl BindingKind {
 #[derive(Debug, Default)]
 pub(crate) struct Resources {
     buffers: BTreeMap<String, Buffer>,
-    tables: BTreeMap<String, TextureView>,
+    tables: BTreeMap<String, Texture>,
+    views: BTreeMap<String, TextureView>,
 }
 
 /// No element of a storage buffer is larger: an empty list still binds one.
@@ -215,8 +251,8 @@ impl Resources {
     }
 
     fn binding(&self, name: &str) -> BindingResource<'_> {
-        match self.tables.get(name) {
-            Some(table) => BindingResource::TextureView(table),
+        match self.views.get(name) {
+            Some(view) => BindingResource::TextureView(view),
             None => self.buffer(name).as_entire_binding(),
         }
     }
@@ -231,11 +267,38 @@ impl Resources {
         name: &str,
         table: Table<'_>,
     ) -> Result<(), RenderError> {
-        let view = table
-            .upload(device, name)?
-            .create_view(&TextureViewDescriptor::default());
-        self.tables.insert(name.to_owned(), view);
+        self.insert_table(name, table.upload(device, name)?);
         Ok(())
+    }
+
+    /// Makes a table of `texels`, all zero, that kernels write.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`] if the device has no room for it.
+    pub(crate) fn add_working_table(
+        &mut self,
+        device: &Device,
+        name: &str,
+        texels: u64,
+    ) -> Result<(), RenderError> {
+        self.insert_table(name, working_table(device, name, texels)?);
+        Ok(())
+    }
+
+    fn insert_table(&mut self, name: &str, texture: Texture) {
+        let view = texture.create_view(&TextureViewDescriptor::default());
+        self.views.insert(name.to_owned(), view);
+        self.tables.insert(name.to_owned(), texture);
+    }
+
+    /// A table that kernels write.
+    pub(crate) fn working_table(&self, name: &str) -> &Texture {
+        &self.tables[name]
+    }
+
+    /// Is there anything of that name?
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.buffers.contains_key(name) || self.tables.contains_key(name)
     }
 
     /// Makes a buffer of `size` bytes, all zero.
@@ -308,10 +371,18 @@ pub(crate) fn read_back(
         .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
     device.queue.submit([encoder.finish()]);
+    mapped(device, &staging)
+}
+
+/// What a buffer for reading back holds when everything submitted is done.
+pub(crate) fn mapped(device: &Device, staging: &Buffer) -> Result<Vec<u8>, DeviceError> {
     staging.map_async(wgpu::MapMode::Read, .., |_| {});
     device.wait()?;
     let view = staging
         .get_mapped_range(..)
         .map_err(|error| device.lost(error.to_string()))?;
-    Ok(view.to_vec())
+    let bytes = view.to_vec();
+    drop(view);
+    staging.unmap();
+    Ok(bytes)
 }

@@ -14,8 +14,12 @@ use crate::{
 /// A kernel: an entry point under `shaders/kernels/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// The picture.
-    Render,
+    /// The picture's first kernel: a sample's camera rays.
+    CameraRays,
+    /// Its second: what rays hit.
+    TraceRays,
+    /// Its third: what comes of it.
+    ShadeHits,
     /// First-hit layers.
     Aov,
     /// Given rays, for tests and benches.
@@ -27,11 +31,16 @@ pub enum Kernel {
 }
 
 impl Kernel {
+    /// Those that a picture takes, in the order in which they run.
+    pub const PICTURE: [Self; 3] = [Self::CameraRays, Self::TraceRays, Self::ShadeHits];
+
     /// The entry point's name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Render => "render",
+            Self::CameraRays => "camera_rays",
+            Self::TraceRays => "trace_rays",
+            Self::ShadeHits => "shade_hits",
             Self::Aov => "aov",
             Self::Probe => "probe",
             Self::Piece(piece) => piece.name(),

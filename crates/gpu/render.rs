@@ -23,15 +23,11 @@ use crate::{
     settings::RenderSettings,
     solids::camera_media,
     source::Limits,
-    statistics::{COUNTERS, Counters, Dropped},
+    statistics::{Counters, Dropped},
     types::{Aov, Frame, MAX_SAMPLES, Slot},
     upload::{GpuScene, in_range},
+    wavefront::{STEP_BUDGET, Wavefront},
 };
-
-/// Loop iterations after which an invocation leaves further rays to the next dispatch; a ray may go on half as long again, then
-/// it is suspended (`shaders/traverse.wgsl`). Mesa before 25.0 ends all loops of a vector of 8 invocations after 65,535 iterations
-/// together, without a word; this keeps their sum below that.
-const STEP_BUDGET: u32 = 4096;
 
 /// What the ray stacks of a batch may take.
 const STACK_BYTES: u64 = 64 << 20;
@@ -41,6 +37,10 @@ pub(crate) const EXTRA_ITEMS: u32 = 2;
 
 /// Words of 16 bytes that a suspended traversal takes beside its stack; of the same name in `shaders/ray_stack.wgsl`.
 pub(crate) const SUSPENDED_HEAD: u32 = 7;
+
+/// Slots and levels of a stack that an entry of a list can name (`shaders/work_lists.wgsl`).
+const MOST_SLOTS: u32 = 1 << 20;
+const MOST_LEVELS: u32 = 1 << 10;
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub struct Rendered {
     pub features: ProgramFeatures,
     /// Where the time went.
     pub times: RenderTimes,
-    /// How many dispatches it took.
+    /// How many iterations of tracing and shading it took.
     pub dispatches: u32,
 }
 
@@ -71,7 +71,7 @@ pub struct Rendered {
 pub struct RenderTimes {
     /// Shader assembly, specialisation, pipeline creation, upload.
     pub program: Duration,
-    /// The first dispatch, in which the driver compiles; it renders nothing.
+    /// The first dispatches, in which the driver compiles; they render nothing.
     pub compile: Duration,
     /// All dispatches that render, and reading back.
     pub render: Duration,
@@ -109,14 +109,7 @@ pub fn render_with(
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let pass = Pass::new(
-        device,
-        Kernel::Render,
-        features,
-        limits,
-        &gpu_scene,
-        &plan.work(),
-    )?;
+    let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
     let layers = settings
         .aovs
         .then(|| {
@@ -137,8 +130,9 @@ pub fn render_with(
     };
 
     let started = Instant::now();
-    for pass in std::iter::once(&pass).chain(&layers) {
-        pass.warm_up(device, &plan)?;
+    wavefront.warm_up(device, &plan.frame)?;
+    if let Some(layers) = &layers {
+        layers.warm_up(device, &plan)?;
     }
     times.compile = started.elapsed();
 
@@ -149,10 +143,19 @@ pub fn render_with(
     let mut counters = Counters::default();
     let mut dispatches = 0;
     for &batch in &plan.batches {
-        dispatches += pass.run(device, &plan, batch, &mut counters, observer)?;
-        let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Slot>() as u64;
-        let bytes = pass.read(device, "slots", size)?;
-        plan.develop(batch, cast_slice(&bytes), &mut film, &mut rays);
+        for sample in 0..settings.samples {
+            let frame = Frame {
+                sample,
+                ..plan.frame_of(batch)
+            };
+            let progress = |finished: f64| {
+                let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
+                plan.tell(observer, batch, in_batch)
+            };
+            dispatches += wavefront.run(device, &frame, &mut counters, progress)?;
+        }
+        let slots = wavefront.slots(device, batch.tile_count * TILE_PIXELS)?;
+        plan.develop(batch, &slots, &mut film, &mut rays);
     }
     times.render = started.elapsed();
 
@@ -217,6 +220,7 @@ pub(crate) struct Plan {
     batches: Vec<Batch>,
     slot_bytes: u64,
     samples: Vec<[f32; 2]>,
+    sample_count: u32,
 }
 
 impl Plan {
@@ -230,17 +234,24 @@ impl Plan {
         let region = settings.visible_region();
         let tiling = Tiling::new(region.width, region.height);
         // Depth first: each level of the tree leaves all children but one pending.
-        let stack_capacity = features.children().saturating_sub(1) * settings.max_depth + 1;
+        let stack_capacity = features
+            .children()
+            .saturating_sub(1)
+            .saturating_mul(settings.max_depth)
+            .saturating_add(1)
+            .min(MOST_LEVELS - EXTRA_ITEMS);
         let mut slot_bytes = u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES;
         if features.has(Feature::LongRays) {
             let words = SUSPENDED_HEAD + Limits::for_depth(bvh.depth).traversal_stack;
             slot_bytes += 16 * u64::from(words);
+        } else if features.has(Feature::Contact) {
+            slot_bytes += 16 * u64::from(SUSPENDED_HEAD);
         }
-        let slots = (STACK_BYTES / slot_bytes).min(u64::from(settings.batch_pixels)) as u32;
+        let batch_pixels = settings.batch_pixels.min(MOST_SLOTS);
+        let slots = (STACK_BYTES / slot_bytes).min(u64::from(batch_pixels)) as u32;
         let batches = tiling.batches((slots / TILE_PIXELS).max(1));
         let samples = sample_pattern(settings.samples);
         let mut frame = Frame {
-            sample_count: settings.samples,
             max_depth: settings.max_depth,
             light_count: scene.lights.len() as u32,
             min_weight: settings.min_weight,
@@ -285,6 +296,7 @@ impl Plan {
             batches,
             slot_bytes,
             samples,
+            sample_count: settings.samples,
         }
     }
 
@@ -302,6 +314,21 @@ impl Plan {
         }
     }
 
+    /// Tells how far the picture is when of a batch the share `in_batch` is finished.
+    fn tell(
+        &self,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        batch: Batch,
+        in_batch: f64,
+    ) -> Result<(), RenderError> {
+        let tiles = f64::from(batch.first_tile) + f64::from(batch.tile_count) * in_batch;
+        let finished = tiles / f64::from(self.tiling.tiles);
+        match observer(Progress { finished }) {
+            ControlFlow::Break(()) => Err(RenderError::Cancelled),
+            ControlFlow::Continue(()) => Ok(()),
+        }
+    }
+
     fn frame_of(&self, batch: Batch) -> Frame {
         Frame {
             first_tile: batch.first_tile,
@@ -314,7 +341,7 @@ impl Plan {
 
     /// Finished slots to pixels.
     fn develop(&self, batch: Batch, slots: &[Slot], film: &mut Film, rays: &mut [u32]) {
-        let share = f64::from(self.frame.sample_count).recip();
+        let share = f64::from(self.sample_count).recip();
         for (slot, index) in slots.iter().zip(0_u32..) {
             if let Some(pixel) = self.tiling.pixel_of_slot(batch, index) {
                 let [r, g, b, alpha] = slot.radiance.map(|sum| (f64::from(sum) * share) as f32);
@@ -335,55 +362,17 @@ fn set_background(frame: &mut Frame, background: Background) {
 }
 
 impl Pass {
-    /// A dispatch without samples: drivers that compile at the first dispatch do it here.
+    /// A dispatch without pixels: drivers that compile at the first dispatch do it here.
     fn warm_up(&self, device: &Device, plan: &Plan) -> Result<(), RenderError> {
-        let batch = Batch {
-            first_tile: 0,
-            tile_count: 1,
-            stride: 1,
-        };
         let frame = Frame {
-            sample_count: 0,
-            ..plan.frame_of(batch)
+            window_size: [0, 0],
+            tile_count: 1,
+            tile_stride: 1,
+            ..plan.frame
         };
         self.write(device, "frame", bytes_of(&frame));
         self.submit(device, 1);
         Ok(device.wait()?)
-    }
-
-    /// Dispatches until the batch is finished; how often that was.
-    fn run(
-        &self,
-        device: &Device,
-        plan: &Plan,
-        batch: Batch,
-        counters: &mut Counters,
-        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<u32, RenderError> {
-        let slots = batch.tile_count * TILE_PIXELS;
-        self.write(device, "frame", bytes_of(&plan.frame_of(batch)));
-        let blank = vec![0_u8; slots as usize * size_of::<Slot>()];
-        self.write(device, "slots", &blank);
-        let mut dispatches = 0;
-        loop {
-            self.write(device, "counters", cast_slice(&[0_u32; COUNTERS]));
-            self.submit(device, batch.tile_count);
-            let bytes = self.read(device, "counters", 4 * COUNTERS as u64)?;
-            let unfinished = counters.add(cast_slice(&bytes));
-            dispatches += 1;
-            let tiles_before = f64::from(batch.first_tile);
-            let in_batch =
-                f64::from(batch.tile_count) * (1.0 - f64::from(unfinished) / f64::from(slots));
-            let progress = Progress {
-                finished: (tiles_before + in_batch) / f64::from(plan.tiling.tiles),
-            };
-            if observer(progress).is_break() {
-                return Err(RenderError::Cancelled);
-            }
-            if unfinished == 0 {
-                return Ok(dispatches);
-            }
-        }
     }
 }
 

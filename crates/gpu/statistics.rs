@@ -78,7 +78,7 @@ impl Counters {
         }
     }
 
-    /// Adds the counters of a dispatch; how many slots it left unfinished.
+    /// Adds the counters of some dispatches; how many iterations they were.
     pub(crate) fn add(&mut self, words: &[u32]) -> u32 {
         let totals = [
             &mut self.rays.primary,

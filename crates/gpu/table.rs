@@ -2,11 +2,15 @@
 
 use bytemuck::cast_slice;
 use wgpu::{
-    Extent3d, Origin3d, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
+    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, Origin3d, TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
     TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
 };
 
-use crate::{device::Device, error::RenderError};
+use crate::{
+    device::{Device, DeviceError},
+    error::RenderError,
+    pipeline::mapped,
+};
 
 /// Texels of a row; of the same name in `shaders/tables.wgsl`. Every device has textures of that width.
 pub const TABLE_WIDTH: u32 = 8192;
@@ -69,33 +73,13 @@ impl<'a> Table<'a> {
     /// # Errors
     /// [`RenderError::TooLarge`] if the device has no texture as high.
     pub(crate) fn upload(self, device: &Device, name: &str) -> Result<Texture, RenderError> {
-        let (width, height) = self.size();
-        let highest = u64::from(device.highest_texture());
-        if height > highest {
-            return Err(RenderError::TooLarge {
-                buffer: name.to_owned(),
-                bytes: self.bytes.len() as u64,
-                limit: highest * self.row_bytes(),
-            });
-        }
-        let texture = device.device.create_texture(&TextureDescriptor {
-            label: Some(name),
-            size: Extent3d {
-                width,
-                height: height as u32,
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: if self.texel_words == 1 {
-                TextureFormat::R32Uint
-            } else {
-                TextureFormat::Rgba32Uint
-            },
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let format = if self.texel_words == 1 {
+            TextureFormat::R32Uint
+        } else {
+            TextureFormat::Rgba32Uint
+        };
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+        let texture = texture(device, name, self.size(), format, usage)?;
         let whole_rows = self.bytes.len() as u64 / self.row_bytes() * self.row_bytes();
         let (rows, rest) = self.bytes.split_at(whole_rows as usize);
         let rows_at_once = COPIED_AT_ONCE / self.row_bytes();
@@ -133,6 +117,95 @@ impl<'a> Table<'a> {
         };
         device.queue.write_texture(target, bytes, layout, extent);
     }
+}
+
+/// Width and height of a texture that has room for so many texels. An empty one still has a texel.
+fn size_of_table(texels: u64) -> (u32, u64) {
+    let texels = texels.max(1);
+    let width = texels.min(u64::from(TABLE_WIDTH)) as u32;
+    (width, texels.div_ceil(u64::from(TABLE_WIDTH)))
+}
+
+/// A table of four words a texel that kernels write and read, as it comes.
+///
+/// # Errors
+/// [`RenderError::TooLarge`] if the device has no texture as high.
+pub(crate) fn working_table(
+    device: &Device,
+    name: &str,
+    texels: u64,
+) -> Result<Texture, RenderError> {
+    let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+    let size = size_of_table(texels);
+    texture(device, name, size, TextureFormat::Rgba32Uint, usage)
+}
+
+fn texture(
+    device: &Device,
+    name: &str,
+    (width, height): (u32, u64),
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Result<Texture, RenderError> {
+    let texel_bytes = u64::from(format.block_copy_size(None).unwrap_or_default());
+    let row_bytes = u64::from(width) * texel_bytes;
+    let highest = u64::from(device.highest_texture());
+    if height > highest {
+        return Err(RenderError::TooLarge {
+            buffer: name.to_owned(),
+            bytes: height * row_bytes,
+            limit: highest * row_bytes,
+        });
+    }
+    Ok(device.device.create_texture(&TextureDescriptor {
+        label: Some(name),
+        size: Extent3d {
+            width,
+            height: height as u32,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }))
+}
+
+/// Copies the first `texels` of a working table back, a multiple of 16. Waits for everything submitted before.
+pub(crate) fn read_table(
+    device: &Device,
+    texture: &Texture,
+    texels: u64,
+) -> Result<Vec<u8>, DeviceError> {
+    let (width, height) = size_of_table(texels);
+    let row_bytes = 16 * width;
+    let staging = device.device.create_buffer(&BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(row_bytes) * height,
+        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device
+        .device
+        .create_command_encoder(&CommandEncoderDescriptor::default());
+    let target = TexelCopyBufferInfo {
+        buffer: &staging,
+        layout: TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row_bytes),
+            rows_per_image: None,
+        },
+    };
+    let extent = Extent3d {
+        width,
+        height: height as u32,
+        depth_or_array_layers: 1,
+    };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, extent);
+    device.queue.submit([encoder.finish()]);
+    mapped(device, &staging)
 }
 
 #[cfg(test)]

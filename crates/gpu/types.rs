@@ -35,7 +35,7 @@ pub struct EnvironmentLevel {
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct Frame {
     pub ray_start: [f32; 3],
-    pub sample_count: u32,
+    pub sample: u32,
     pub camera_right: [f32; 3],
     pub max_depth: u32,
     pub camera_up: [f32; 3],
@@ -177,10 +177,31 @@ pub struct Medium {
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct Slot {
     pub radiance: [f32; 4],
-    pub stack_height: u32,
-    pub next_sample: u32,
     pub rays: u32,
     pub common_rays: u32,
+    pub unused_0: u32,
+    pub unused_1: u32,
+}
+
+/// How many entries a list of slots has.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct WorkList {
+    pub workgroups: u32,
+    pub workgroups_y: u32,
+    pub workgroups_z: u32,
+    pub length: u32,
+}
+
+impl WorkList {
+    /// Without entries.
+    pub const EMPTY: Self = Self {
+        workgroups: 0,
+        workgroups_y: 1,
+        workgroups_z: 1,
+        length: 0,
+    };
 }
 
 /// A ray for the probe kernel.

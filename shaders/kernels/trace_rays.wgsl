@@ -1,0 +1,35 @@
+// Traces the ray on top of the stack of every slot on the list.
+
+@compute @workgroup_size(64)
+fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
+    let index = invocation.x;
+    if (index == 0u) {
+        atomicAdd(&counters[ITERATIONS], 1u);
+    }
+    if (index >= list_in.w) {
+        return;
+    }
+    let entry = queue_in[index];
+    let slot = entry_slot(entry);
+    var ray = load_ray(slot, entry_level(entry));
+    if (ray.kind == LIGHTS) {
+        return;
+    }
+    if (HAS_LONG_RAYS) {
+        traversal_slot = slot;
+        suspend_at = frame.step_budget;
+        suspended = (entry & ENTRY_SUSPENDED) != 0u;
+    }
+    if (HAS_CONTACT) {
+        traversal_slot = slot;
+        if ((entry & ENTRY_GATHERING) != 0u) {
+            load_contact();
+            ray.t_min = contact.t;
+            ray.after = contact.triangle;
+            ray.t_max = min(contact.reach, ray.t_max);
+        }
+    }
+    let hit = trace(ray.origin, ray.direction, ray.t_min, ray.after, ray.t_max, ray.kind == SHADOW);
+    store_hit(index, hit, suspended);
+    add_up_counters();
+}

@@ -1,0 +1,66 @@
+// Which pixels have a ray to trace. One iteration traces the rays of a list and shades what they hit; pixels that have a ray left
+// are put on the next iteration's list, so that vectors of lanes stay full however their trees differ. In what order they come
+// there does not matter: a pixel's sum is its own.
+
+const NO_ENTRY: u32 = 0xffffffffu;
+
+// An entry: a slot, the level of its stack that the ray lies at, and where in it the last iteration ended.
+const ENTRY_SLOT: u32 = 0xfffffu;
+const ENTRY_LEVEL_SHIFT: u32 = 20u;
+const ENTRY_LEVEL: u32 = 0x3ffu;
+const ENTRY_SUSPENDED: u32 = 0x40000000u; // in the midst of its traversal
+const ENTRY_GATHERING: u32 = 0x80000000u; // faces in contact are gathered
+
+fn entry_of(slot: u32, level: u32) -> u32 {
+    return slot | (level << ENTRY_LEVEL_SHIFT);
+}
+
+fn entry_slot(entry: u32) -> u32 {
+    return entry & ENTRY_SLOT;
+}
+
+fn entry_level(entry: u32) -> u32 {
+    return (entry >> ENTRY_LEVEL_SHIFT) & ENTRY_LEVEL;
+}
+
+const LIST_WORKGROUP: u32 = 64u;
+
+var<workgroup> kept: atomic<u32>;
+var<workgroup> first_place: u32;
+
+// Puts the entries of a workgroup on the next list, side by side. All of its lanes have to come here.
+fn append(entry: u32, lane: u32) {
+    var place = 0u;
+    if (entry != NO_ENTRY) {
+        place = atomicAdd(&kept, 1u);
+    }
+    workgroupBarrier();
+    if (lane == 0u) {
+        let count = atomicLoad(&kept);
+        first_place = atomicAdd(&list_out.length, count);
+        atomicMax(&list_out.workgroups, (first_place + count + LIST_WORKGROUP - 1u) / LIST_WORKGROUP);
+    }
+    workgroupBarrier();
+    if (entry != NO_ENTRY) {
+        queue_out[first_place + place] = entry;
+    }
+}
+
+// What a traced ray has found.
+struct Traced {
+    hit: Hit,
+    suspended: bool, // its traversal goes on in the next iteration
+}
+
+const TRACED_BACK: u32 = 1u;
+const TRACED_SUSPENDED: u32 = 2u;
+
+fn store_hit(index: u32, hit: Hit, suspended_: bool) {
+    let flags = select(0u, TRACED_BACK, hit.back) | select(0u, TRACED_SUSPENDED, suspended_);
+    textureStore(hits, table_place(index), vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, flags));
+}
+
+fn load_hit(index: u32) -> Traced {
+    let word = textureLoad(hits, table_place(index));
+    return Traced(Hit(bitcast<f32>(word.x), word.y, word.z, (word.w & TRACED_BACK) != 0u), (word.w & TRACED_SUSPENDED) != 0u);
+}
