@@ -135,19 +135,19 @@ fn cross_contact(stack: vec2u) -> Crossing {
 // Where a dispatch ends while faces are gathered, they are kept beside the suspended traversal.
 fn store_contact() {
     let hit = contact.hit;
-    store_stack_word(suspended_word(2u), vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
-    store_stack_word(suspended_word(3u), vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height)));
-    store_stack_word(suspended_word(4u), vec4u(bitcast<vec3u>(contact.normal), bitcast<u32>(contact.reach)));
-    store_stack_word(suspended_word(5u), vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined)));
-    store_stack_word(suspended_word(6u), vec4u(contact.left, contact.entered));
+    store_word(suspended_plane(2u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
+    store_word(suspended_plane(3u), traversal_slot, vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height)));
+    store_word(suspended_plane(4u), traversal_slot, vec4u(bitcast<vec3u>(contact.normal), bitcast<u32>(contact.reach)));
+    store_word(suspended_plane(5u), traversal_slot, vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined)));
+    store_word(suspended_plane(6u), traversal_slot, vec4u(contact.left, contact.entered));
 }
 
 fn load_contact() {
-    let hit = stack_word(suspended_word(2u));
-    let first = stack_word(suspended_word(3u));
-    let plane = stack_word(suspended_word(4u));
-    let last = stack_word(suspended_word(5u));
-    let sides = stack_word(suspended_word(6u));
+    let hit = load_word(suspended_plane(2u), traversal_slot);
+    let first = load_word(suspended_plane(3u), traversal_slot);
+    let plane = load_word(suspended_plane(4u), traversal_slot);
+    let last = load_word(suspended_plane(5u), traversal_slot);
+    let sides = load_word(suspended_plane(6u), traversal_slot);
     contact.hit = Hit(bitcast<f32>(hit.x), hit.y, hit.z, hit.w != 0u);
     contact.position = bitcast<vec3f>(first.xyz);
     contact.height = bitcast<f32>(first.w);

@@ -10,9 +10,7 @@ const TRIANGLE_TESTS: u32 = 6u;
 const ENDED_MISS: u32 = 7u;
 const ENDED_DEPTH: u32 = 8u;
 const ENDED_WEIGHT: u32 = 9u;
-const ENDED_STORAGE: u32 = 10u;
-const ENDED_BUDGET: u32 = 11u;
-const COUNTERS: u32 = 12u;
+const COUNTERS: u32 = 10u;
 
 var<private> tally: array<u32, COUNTERS>;
 
@@ -20,11 +18,6 @@ fn count(which: u32) {
     if (HAS_COUNTERS) {
         tally[which] += 1u;
     }
-}
-
-// .. in every program: the picture lacks what such a branch would have brought, and its user is to know.
-fn count_dropped(which: u32) {
-    atomicAdd(&counters[which], 1u);
 }
 
 fn add_up_counters() {

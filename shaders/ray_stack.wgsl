@@ -1,4 +1,4 @@
-// Pending work of a pixel: a stack in a table of its own, so that each kernel goes on where the last one ended.
+// Pending work of a pixel: a stack in storage, so that each kernel goes on where the last one ended.
 
 // A work item is one of three.
 const RADIANCE: u32 = 0u; // a ray whose radiance is wanted
@@ -26,76 +26,48 @@ struct WorkItem {
 
 var<private> pending: u32; // items on this slot's stack
 
-const ITEM_WORDS: u32 = 4u; // texels each
+const ITEM_WORDS: u32 = 4u; // vec4u each
 
 // Bits of an item's flags, above its kind.
 const ITEM_KIND: u32 = 3u;
 const ITEM_STRAIGHT: u32 = 4u;
 const ITEM_JOINED: u32 = 8u;
-const ITEM_FROM: u32 = 16u; // its t_min is not 0
-const ITEM_DEPTH_SHIFT: u32 = 5u;
+const ITEM_DEPTH_SHIFT: u32 = 4u;
 
 // Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray to trace.
 // Above them, in a program with long rays, lies that ray's traversal.
 const EXTRA_ITEMS: u32 = 2u;
 
-// Words of a suspended traversal before its stack, a texel for each entry: hit and place, then faces in contact.
+// Words of a suspended traversal before its stack, a vec4u for each entry: hit and place, then faces in contact.
 const SUSPENDED_HEAD: u32 = 7u;
 
-fn stack_word(index: u32) -> vec4u {
-    return textureLoad(ray_stack, table_place(index));
-}
-
-fn store_stack_word(index: u32, word: vec4u) {
-    textureStore(ray_stack, table_place(index), word);
-}
-
-// Lanes lie side by side, so that a vector of them reads one run of memory.
-fn item_address(slot: u32, level: u32, word: u32) -> u32 {
-    return (level * ITEM_WORDS + word) * frame.slot_count + slot;
+// The plane of a level's first word.
+fn item_plane(level: u32) -> u32 {
+    return STACK_PLANE + level * ITEM_WORDS;
 }
 
 // The meaning of the shared words differs by kind: the host never looks inside.
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
     let flags = item.kind | select(0u, ITEM_STRAIGHT, item.straight) | select(0u, ITEM_JOINED, item.joined)
-        | select(0u, ITEM_FROM, item.t_min != 0.0) | (item.depth << ITEM_DEPTH_SHIFT);
+        | (item.depth << ITEM_DEPTH_SHIFT);
     // A radiance ray ends nowhere, a shadow ray has no descendants.
     let bound = select(bitcast<u32>(item.t_max), item.allotment, item.kind == RADIANCE);
     var rest = 0u;
     if (HAS_SOLIDS) {
         rest = pack_rest(item.rest);
     }
-    store_stack_word(item_address(slot, level, 0u), vec4u(bitcast<vec3u>(item.origin), select(item.after, item.hit.leaf, is_lights)));
-    store_stack_word(item_address(slot, level, 1u), vec4u(bitcast<vec3u>(item.direction), flags));
-    store_stack_word(item_address(slot, level, 2u), vec4u(bitcast<vec3u>(item.throughput), select(bound, item.light, is_lights)));
-    store_stack_word(item_address(slot, level, 3u), vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)));
+    store_word(item_plane(level) + 0u, slot, vec4u(bitcast<vec3u>(item.origin), select(item.after, item.hit.leaf, is_lights)));
+    store_word(item_plane(level) + 1u, slot, vec4u(bitcast<vec3u>(item.direction), flags));
+    store_word(item_plane(level) + 2u, slot, vec4u(bitcast<vec3u>(item.throughput), select(bound, item.light, is_lights)));
+    store_word(item_plane(level) + 3u, slot, vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)));
 }
 
-// An item's part that traversal needs: all but throughput, media, and what comes after them.
-fn load_ray(slot: u32, level: u32) -> WorkItem {
-    let a = stack_word(item_address(slot, level, 0u));
-    let b = stack_word(item_address(slot, level, 1u));
-    var item: WorkItem;
-    item.origin = bitcast<vec3f>(a.xyz);
-    item.after = a.w;
-    item.direction = bitcast<vec3f>(b.xyz);
-    item.kind = b.w & ITEM_KIND;
-    item.t_max = T_MAX;
-    if (item.kind == SHADOW) {
-        item.t_max = bitcast<f32>(stack_word(item_address(slot, level, 2u)).w);
-    }
-    if ((b.w & ITEM_FROM) != 0u) {
-        item.t_min = bitcast<f32>(stack_word(item_address(slot, level, 3u)).z);
-    }
-    return item;
-}
-
-fn load_item(slot: u32, level: u32) -> WorkItem {
-    let a = stack_word(item_address(slot, level, 0u));
-    let b = stack_word(item_address(slot, level, 1u));
-    let c = stack_word(item_address(slot, level, 2u));
-    let d = stack_word(item_address(slot, level, 3u));
+fn item_of(words: array<vec4u, ITEM_WORDS>) -> WorkItem {
+    let a = words[0];
+    let b = words[1];
+    let c = words[2];
+    let d = words[3];
     var item: WorkItem;
     item.origin = bitcast<vec3f>(a.xyz);
     item.after = a.w;

@@ -10,26 +10,23 @@ var<private> rays: u32;
 // Rays of the current sample's tree that went to its common half of `max_rays` so far.
 var<private> common_rays: u32;
 
+// Branches that ended for want of room, in every program: the picture lacks what they would have brought, and its user is to know.
+// Kept by slot, since atomics are much code.
+var<private> dropped: vec2u; // in storage, in the budget
+
 // Lights that are looked at in one go: there may be many that add nothing.
 const LIGHTS_AT_ONCE: u32 = 512u;
 
-// Texels of a slot: what types.wgsl calls Slot.
-const SLOT_WORDS: u32 = 2u;
-
-fn slot_word(slot: u32, word: u32) -> vec4u {
-    return textureLoad(slots, table_place(word * frame.slot_count + slot));
-}
-
-fn load_slot(slot: u32) {
-    let counts = slot_word(slot, 1u);
-    radiance = bitcast<vec4f>(slot_word(slot, 0u));
-    rays = counts.x;
-    common_rays = counts.y;
+fn take_slot(loaded: SlotState) {
+    radiance = bitcast<vec4f>(loaded.radiance);
+    rays = loaded.counts.x;
+    common_rays = loaded.counts.y;
+    dropped = loaded.counts.zw;
 }
 
 fn store_slot(slot: u32) {
-    textureStore(slots, table_place(slot), bitcast<vec4u>(radiance));
-    textureStore(slots, table_place(frame.slot_count + slot), vec4u(rays, common_rays, 0u, 0u));
+    store_word(RADIANCE_PLANE, slot, bitcast<vec4u>(radiance));
+    store_word(COUNTS_PLANE, slot, vec4u(rays, common_rays, dropped));
 }
 
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
@@ -129,12 +126,12 @@ fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
         return child;
     }
     if (branch.overflow || pending >= frame.stack_capacity) {
-        count_dropped(ENDED_STORAGE);
+        dropped.x += 1u;
         return child;
     }
     if (branch.allotment == 0u) {
         if (common_rays >= frame.max_rays / 2u) {
-            count_dropped(ENDED_BUDGET);
+            dropped.y += 1u;
             return child;
         }
         common_rays += 1u;
@@ -284,7 +281,7 @@ fn straight_on(item: WorkItem, surface: Surface, crossing: Crossing, t: f32) -> 
     if (HAS_SOLIDS) {
         next.media = crossing.through;
         if (crossing.full && max_component(next.throughput) > 0.0) {
-            count_dropped(ENDED_STORAGE);
+            dropped.x += 1u;
             next.throughput = vec3f(0.0);
         }
     }
@@ -458,11 +455,12 @@ fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
 fn advance(entry: u32, index: u32) -> u32 {
     let slot = entry_slot(entry);
     pending = entry_level(entry);
-    var item = load_item(slot, pending);
+    let loaded = load_state(RADIANCE_PLANE, slot, index, pending);
+    var item = item_of(loaded.item);
     var hit = item.hit;
     var meets = true;
     if (item.kind != LIGHTS) {
-        let traced = load_hit(index);
+        let traced = traced_of(loaded.hit);
         hit = traced.hit;
         if (HAS_LONG_RAYS) {
             if (traced.suspended) {
@@ -479,14 +477,14 @@ fn advance(entry: u32, index: u32) -> u32 {
             item.joined = contact.joined;
         }
     }
-    load_slot(slot);
+    take_slot(loaded);
     if (item.kind != LIGHTS) {
         meets = meets_surface(item, hit);
     }
     if (HAS_MANY_LIGHTS) {
         // The lights that a surface has left need no ray of their own.
         if (!meets && pending > 0u) {
-            let below = load_item(slot, pending - 1u);
+            let below = item_of(load_state(STACK_PLANE, slot, index, pending - 1u).item);
             if (below.kind == LIGHTS) {
                 item = below;
                 hit = below.hit;

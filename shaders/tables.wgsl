@@ -1,7 +1,7 @@
-// How the scene is read. It lies in textures rather than in storage buffers: for a load from a storage buffer at an address that
+// How the scene is read. It lies in storage textures rather than in storage buffers: for a load from a buffer at an address that
 // differs by lane lavapipe writes a branch for each lane and component, for a texel it calls one function for all lanes. Programs
-// compile three times faster and traverse up to 1.8 times faster (benches/README.md); and a table may be larger than a storage
-// binding's 128 MiB. Entries lie row by row.
+// compile three times faster and traverse three times faster (benches/README.md; sampled textures lie between); and a table may
+// be larger than a storage binding's 128 MiB. Entries lie row by row.
 
 const TABLE_WIDTH: u32 = 8192u;
 
@@ -10,33 +10,33 @@ fn table_place(index: u32) -> vec2u {
 }
 
 fn node_word(index: u32) -> vec4u {
-    return textureLoad(nodes, table_place(index), 0);
+    return textureLoad(nodes, table_place(index));
 }
 
 fn leaf_vertex_word(index: u32) -> vec4f {
-    return bitcast<vec4f>(textureLoad(leaf_vertices, table_place(index), 0));
+    return bitcast<vec4f>(textureLoad(leaf_vertices, table_place(index)));
 }
 
 fn leaf_triangle(leaf: u32) -> LeafTriangle {
-    let word = textureLoad(leaf_triangles, table_place(leaf), 0);
+    let word = textureLoad(leaf_triangles, table_place(leaf));
     return LeafTriangle(word.xyz, word.w);
 }
 
 fn leaf_material(leaf: u32) -> u32 {
-    return textureLoad(leaf_materials, table_place(leaf), 0).x;
+    return textureLoad(leaf_materials, table_place(leaf)).x;
 }
 
 fn leaf_node(leaf: u32) -> u32 {
-    return textureLoad(leaf_nodes, table_place(leaf), 0).x;
+    return textureLoad(leaf_nodes, table_place(leaf)).x;
 }
 
 // A vertex's texel number `word`; see Frame.
 fn vertex_word(vertex: u32, word: u32) -> vec4f {
-    return bitcast<vec4f>(textureLoad(attributes, table_place(vertex * frame.vertex_words + word), 0));
+    return bitcast<vec4f>(textureLoad(attributes, table_place(vertex * frame.vertex_words + word)));
 }
 
 fn environment_color(index: u32) -> vec3f {
-    return bitcast<vec3f>(textureLoad(environment, table_place(index), 0).xyz);
+    return bitcast<vec3f>(textureLoad(environment, table_place(index)).xyz);
 }
 
 fn decode_srgb(code: u32) -> f32 {
@@ -46,7 +46,7 @@ fn decode_srgb(code: u32) -> f32 {
 const MATERIAL_WORDS: u32 = 8u;
 
 fn material_word(material: u32, word: u32) -> vec4u {
-    return textureLoad(materials, table_place(material * MATERIAL_WORDS + word), 0);
+    return textureLoad(materials, table_place(material * MATERIAL_WORDS + word));
 }
 
 // What is not used of it is not read.
@@ -82,7 +82,7 @@ fn load_material(material: u32) -> Material {
 const TEXTURE_USE_WORDS: u32 = 3u;
 
 fn texture_use_word(material: u32, which: u32, word: u32) -> vec4u {
-    return textureLoad(texture_uses, table_place((material * MATERIAL_TEXTURES + which) * TEXTURE_USE_WORDS + word), 0);
+    return textureLoad(texture_uses, table_place((material * MATERIAL_TEXTURES + which) * TEXTURE_USE_WORDS + word));
 }
 
 // TextureUse.offset
@@ -100,7 +100,7 @@ fn load_texture_use(material: u32, which: u32) -> TextureUse {
 const LIGHT_WORDS: u32 = 4u;
 
 fn light_word(light: u32, word: u32) -> vec4u {
-    return textureLoad(lights, table_place(light * LIGHT_WORDS + word), 0);
+    return textureLoad(lights, table_place(light * LIGHT_WORDS + word));
 }
 
 fn load_light(light: u32) -> Light {

@@ -16,7 +16,7 @@ fn texel(texture: TextureUse, x: i32, y: i32) -> vec4f {
     let wrapped_x = wrap_texel(x, i32(texture.width), wrap_u(texture));
     let wrapped_y = wrap_texel(y, i32(texture.height), wrap_v(texture));
     let index = texture.offset + u32(wrapped_y) * texture.width + u32(wrapped_x);
-    let code = unpack4xU8(textureLoad(texels, table_place(index), 0).x);
+    let code = unpack4xU8(textureLoad(texels, table_place(index)).x);
     let plain = vec4f(code) / 255.0;
     if ((texture.flags & TEXTURE_SRGB) == 0u) {
         return plain;

@@ -7,18 +7,18 @@ var<private> triangle_tests: u32;
 const NODE_WORDS: u32 = 5u;
 
 // Where node visits and triangle tests of this dispatch end, in the midst of a ray if need be: what the ray has found and what it
-// has still to visit is left in `ray_stack`, and the next dispatch goes on with it.
+// has still to visit is left in `state`, and the next dispatch goes on with it.
 var<private> suspend_at: u32 = 0xffffffffu;
 var<private> suspended: bool; // the ray last traced, which is also the next
 var<private> traversal_slot: u32; // whose storage it is
 
-fn suspended_word(word: u32) -> u32 {
-    return ((frame.stack_capacity + EXTRA_ITEMS) * ITEM_WORDS + word) * frame.slot_count + traversal_slot;
+fn suspended_plane(word: u32) -> u32 {
+    return item_plane(frame.stack_capacity + EXTRA_ITEMS) + word;
 }
 
 fn store_traversal(hit: Hit, group: vec2u, height: u32) {
-    store_stack_word(suspended_word(0u), vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
-    store_stack_word(suspended_word(1u), vec4u(group, height, 0u));
+    store_word(suspended_plane(0u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
+    store_word(suspended_plane(1u), traversal_slot, vec4u(group, height, 0u));
 }
 
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
@@ -49,13 +49,13 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var group = vec2u(0u, 0x80000000u);
     if (HAS_LONG_RAYS) {
         if (suspended) {
-            let found = stack_word(suspended_word(0u));
-            let place = stack_word(suspended_word(1u));
+            let found = load_word(suspended_plane(0u), traversal_slot);
+            let place = load_word(suspended_plane(1u), traversal_slot);
             hit = Hit(bitcast<f32>(found.x), found.y, found.z, found.w != 0u);
             group = place.xy;
             height = place.z;
             for (var k = 0u; k < height; k++) {
-                stack[k] = stack_word(suspended_word(SUSPENDED_HEAD + k)).xy;
+                stack[k] = load_word(suspended_plane(SUSPENDED_HEAD + k), traversal_slot).xy;
             }
             suspended = false;
         }
@@ -65,7 +65,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             if (node_visits + triangle_tests >= suspend_at) {
                 store_traversal(hit, group, height);
                 for (var k = 0u; k < height; k++) {
-                    store_stack_word(suspended_word(SUSPENDED_HEAD + k), vec4u(stack[k], 0u, 0u));
+                    store_word(suspended_plane(SUSPENDED_HEAD + k), traversal_slot, vec4u(stack[k], 0u, 0u));
                 }
                 suspended = true;
                 break;

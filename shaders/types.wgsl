@@ -46,6 +46,7 @@ struct Frame {
     camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
+    state_planes: u32, // that load_state goes through: STACK_PLANE + ITEM_WORDS
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
@@ -168,8 +169,8 @@ struct Slot {
     radiance: vec4f, // sum over the samples; alpha in w
     rays: u32, // traced so far, of all kinds
     common_rays: u32, // of the current sample's tree, see ray_tree.wgsl
-    unused_0: u32,
-    unused_1: u32,
+    dropped_storage: u32, // branches that ended for want of room
+    dropped_budget: u32,
 }
 
 // How many entries a list has: the arguments of an indirect dispatch over it, and the length itself.

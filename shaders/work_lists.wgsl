@@ -57,10 +57,9 @@ const TRACED_SUSPENDED: u32 = 2u;
 
 fn store_hit(index: u32, hit: Hit, suspended_: bool) {
     let flags = select(0u, TRACED_BACK, hit.back) | select(0u, TRACED_SUSPENDED, suspended_);
-    textureStore(hits, table_place(index), vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, flags));
+    store_word(HIT_PLANE, index, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, flags));
 }
 
-fn load_hit(index: u32) -> Traced {
-    let word = textureLoad(hits, table_place(index));
+fn traced_of(word: vec4u) -> Traced {
     return Traced(Hit(bitcast<f32>(word.x), word.y, word.z, (word.w & TRACED_BACK) != 0u), (word.w & TRACED_SUSPENDED) != 0u);
 }

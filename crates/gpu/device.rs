@@ -4,13 +4,15 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance,
-    InstanceDescriptor, InstanceFlags, PollError, PollType, TextureFormat,
-    TextureFormatFeatureFlags,
+    InstanceDescriptor, InstanceFlags, PollError, PollType,
 };
 
 /// Storage buffers that the largest program binds (`shaders/bindings.wgsl`). WebGPU guarantees 8, SwiftShader has 10, other Vulkan
 /// drivers that we know have many more.
 const STORAGE_BUFFERS: u32 = 10;
+
+/// Tables that the largest program binds, likewise.
+const TABLES: u32 = 10;
 
 /// A device to render on, with what it is called.
 #[derive(Debug)]
@@ -184,21 +186,17 @@ impl Device {
         let offered = adapter.limits();
         let required_limits = wgpu::Limits {
             max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
+            max_storage_textures_per_shader_stage: TABLES,
             max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
             max_texture_dimension_2d: offered.max_texture_dimension_2d,
             max_buffer_size: offered.max_buffer_size,
             ..wgpu::Limits::default()
         };
-        // Working tables are read and written by the same kernel; a format that Vulkan makes every device have.
-        let readable = TextureFormatFeatureFlags::STORAGE_READ_WRITE;
-        let working = adapter.get_texture_format_features(TextureFormat::Rgba32Uint);
-        if !working.flags.contains(readable) {
-            let reason = "it has no storage textures of 32-bit words that can be read";
-            return Err(refused(reason.to_owned()));
-        }
+
         let descriptor = DeviceDescriptor {
             label: Some("raytree"),
             required_limits,
+            // Tables are storage textures that are read; WebGPU has them, wgpu asks for this.
             required_features: Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES,
             ..DeviceDescriptor::default()
         };

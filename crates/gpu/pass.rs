@@ -14,7 +14,7 @@ use crate::{
     table::Table,
     types::{
         Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit,
-        SecondaryRay, Slot, WorkList,
+        SecondaryRay, WorkList,
     },
     upload::{GpuScene, decoded_srgb},
 };
@@ -26,7 +26,7 @@ pub(crate) const ITEM_BYTES: u64 = 64;
 pub(crate) struct Work<'a> {
     /// Pixels or rays.
     pub(crate) slots: u32,
-    /// What a slot's share of the ray stack takes.
+    /// What a slot's share of `state` takes.
     pub(crate) slot_bytes: u64,
     /// Offsets from the middle of a pixel.
     pub(crate) samples: &'a [[f32; 2]],
@@ -41,9 +41,7 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "samples" => u64::from(MAX_SAMPLES) * 8,
         "media" => (MEDIA * size_of::<Medium>()) as u64,
         "decoded_srgb" => 4 * SRGB_CODES as u64,
-        "slots" => each(size_of::<Slot>()),
-        "ray_stack" => slots * work.slot_bytes,
-        "hits" => 16 * slots,
+        "state" => slots * work.slot_bytes,
         "list_in" | "list_out" => size_of::<WorkList>() as u64,
         "queue_in" | "queue_out" => 4 * slots,
         "counters" => 4 * COUNTERS as u64,
@@ -83,8 +81,7 @@ impl Resources {
             "decoded_srgb" => {
                 self.upload_uniform(device, called, cast_slice(&decoded_srgb()), size)
             }
-            "slots" | "ray_stack" | "hits" => self.add_working_table(device, called, size / 16),
-            "counters" | "aovs" | "probe_hits" | "piece_results" | "secondary_hits"
+            "state" | "counters" | "aovs" | "probe_hits" | "piece_results" | "secondary_hits"
             | "list_in" | "list_out" => self.reserve(device, called, size, readable),
             "queue_in" | "queue_out" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
                 self.reserve(device, called, size, BufferUsages::STORAGE)

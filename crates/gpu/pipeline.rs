@@ -2,21 +2,22 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
-use naga::{AddressSpace, ImageClass, Module, StorageAccess, TypeInner};
+use naga::{
+    AddressSpace, Handle, ImageClass, Module, StorageAccess, StorageFormat, Type, TypeInner,
+};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
     BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, ComputePipelineDescriptor,
     PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
-    StorageTextureAccess, Texture, TextureFormat, TextureSampleType, TextureView,
-    TextureViewDescriptor, TextureViewDimension,
+    StorageTextureAccess, TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     program::Kernel,
-    table::{Table, working_table},
+    table::Table,
 };
 
 /// A binding that a program has.
@@ -40,8 +41,7 @@ impl Binding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum BindingKind {
     Buffer(BufferBindingType),
-    Table,
-    WorkingTable,
+    Table(TextureFormat),
 }
 
 /// The bindings that a specialised module still has.
@@ -59,13 +59,7 @@ pub fn bindings_of(module: &Module) -> Vec<Binding> {
                         read_only: !access.contains(StorageAccess::STORE),
                     })
                 }
-                AddressSpace::Handle => match module.types[variable.ty].inner {
-                    TypeInner::Image {
-                        class: ImageClass::Storage { .. },
-                        ..
-                    } => BindingKind::WorkingTable,
-                    _ => BindingKind::Table,
-                },
+                AddressSpace::Handle => BindingKind::Table(table_format(module, variable.ty)?),
                 _ => return None,
             };
             let name = variable.name.clone().unwrap_or_default();
@@ -79,6 +73,21 @@ pub fn bindings_of(module: &Module) -> Vec<Binding> {
         .collect();
     bindings.sort_by_key(|binding| (binding.group, binding.index));
     bindings
+}
+
+/// The format of a table's texels.
+fn table_format(module: &Module, ty: Handle<Type>) -> Option<TextureFormat> {
+    match module.types[ty].inner {
+        TypeInner::Image {
+            class: ImageClass::Storage { format, .. },
+            ..
+        } => match format {
+            StorageFormat::R32Uint => Some(TextureFormat::R32Uint),
+            StorageFormat::Rgba32Uint => Some(TextureFormat::Rgba32Uint),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 /// A pipeline with what it binds.
@@ -220,15 +229,10 @@ impl BindingKind {
                 has_dynamic_offset: false,
                 min_binding_size: None,
             },
-            Self::WorkingTable => BindingType::StorageTexture {
-                access: StorageTextureAccess::ReadWrite,
-                format: TextureFormat::Rgba32Uint,
+            Self::Table(format) => BindingType::StorageTexture {
+                access: StorageTextureAccess::ReadOnly,
+                format,
                 view_dimension: TextureViewDimension::D2,
-            },
-            Self::Table => BindingType::Texture {
-                sample_type: TextureSampleType::Uint,
-                view_dimension: TextureViewDimension::D2,
-                multisampled: false,
             },
         }
     }
@@ -238,8 +242,7 @@ impl BindingKind {
 #[derive(Debug, Default)]
 pub(crate) struct Resources {
     buffers: BTreeMap<String, Buffer>,
-    tables: BTreeMap<String, Texture>,
-    views: BTreeMap<String, TextureView>,
+    tables: BTreeMap<String, TextureView>,
 }
 
 /// No element of a storage buffer is larger: an empty list still binds one.
@@ -251,7 +254,7 @@ impl Resources {
     }
 
     fn binding(&self, name: &str) -> BindingResource<'_> {
-        match self.views.get(name) {
+        match self.tables.get(name) {
             Some(view) => BindingResource::TextureView(view),
             None => self.buffer(name).as_entire_binding(),
         }
@@ -267,33 +270,11 @@ impl Resources {
         name: &str,
         table: Table<'_>,
     ) -> Result<(), RenderError> {
-        self.insert_table(name, table.upload(device, name)?);
+        let view = table
+            .upload(device, name)?
+            .create_view(&TextureViewDescriptor::default());
+        self.tables.insert(name.to_owned(), view);
         Ok(())
-    }
-
-    /// Makes a table of `texels`, all zero, that kernels write.
-    ///
-    /// # Errors
-    /// [`RenderError::TooLarge`] if the device has no room for it.
-    pub(crate) fn add_working_table(
-        &mut self,
-        device: &Device,
-        name: &str,
-        texels: u64,
-    ) -> Result<(), RenderError> {
-        self.insert_table(name, working_table(device, name, texels)?);
-        Ok(())
-    }
-
-    fn insert_table(&mut self, name: &str, texture: Texture) {
-        let view = texture.create_view(&TextureViewDescriptor::default());
-        self.views.insert(name.to_owned(), view);
-        self.tables.insert(name.to_owned(), texture);
-    }
-
-    /// A table that kernels write.
-    pub(crate) fn working_table(&self, name: &str) -> &Texture {
-        &self.tables[name]
     }
 
     /// Is there anything of that name?

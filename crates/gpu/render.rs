@@ -29,7 +29,10 @@ use crate::{
     wavefront::{STEP_BUDGET, Wavefront},
 };
 
-/// What the ray stacks of a batch may take.
+/// Of the same name in `shaders/state.wgsl`.
+pub(crate) const STACK_PLANE: u32 = 3;
+
+/// What the state of a batch may take.
 const STACK_BYTES: u64 = 64 << 20;
 
 /// Of the same name in `shaders/ray_stack.wgsl`.
@@ -155,6 +158,7 @@ pub fn render_with(
             dispatches += wavefront.run(device, &frame, &mut counters, progress)?;
         }
         let slots = wavefront.slots(device, batch.tile_count * TILE_PIXELS)?;
+        counters.add_dropped(&slots);
         plan.develop(batch, &slots, &mut film, &mut rays);
     }
     times.render = started.elapsed();
@@ -240,7 +244,8 @@ impl Plan {
             .saturating_mul(settings.max_depth)
             .saturating_add(1)
             .min(MOST_LEVELS - EXTRA_ITEMS);
-        let mut slot_bytes = u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES;
+        let mut slot_bytes =
+            u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES + 16 * u64::from(STACK_PLANE);
         if features.has(Feature::LongRays) {
             let words = SUSPENDED_HEAD + Limits::for_depth(bvh.depth).traversal_stack;
             slot_bytes += 16 * u64::from(words);
@@ -263,6 +268,7 @@ impl Plan {
             window_size: [region.width, region.height],
             tile_columns: tiling.columns,
             stack_capacity,
+            state_planes: STACK_PLANE + (ITEM_BYTES / 16) as u32,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
             vertex_words: gpu.vertex.words,

@@ -41,6 +41,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "light.wgsl",
     "pbr.wgsl",
     "whitted.wgsl",
+    "state.wgsl",
     "ray_stack.wgsl",
     "ray_tree.wgsl",
     "work_lists.wgsl",

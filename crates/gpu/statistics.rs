@@ -1,7 +1,9 @@
 //! What a render took, in rays and in work.
 
+use crate::types::Slot;
+
 /// Words of the device's counters (shaders/counters.wgsl).
-pub(crate) const COUNTERS: usize = 12;
+pub(crate) const COUNTERS: usize = 10;
 
 /// Rays and work of a render. The same for the same scene and settings, whatever the machine does besides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,6 +80,14 @@ impl Counters {
         }
     }
 
+    /// Adds what slots have dropped.
+    pub(crate) fn add_dropped(&mut self, slots: &[Slot]) {
+        for slot in slots {
+            self.ended.storage += u64::from(slot.dropped_storage);
+            self.ended.budget += u64::from(slot.dropped_budget);
+        }
+    }
+
     /// Adds the counters of some dispatches; how many iterations they were.
     pub(crate) fn add(&mut self, words: &[u32]) -> u32 {
         let totals = [
@@ -90,8 +100,6 @@ impl Counters {
             &mut self.ended.miss,
             &mut self.ended.depth,
             &mut self.ended.weight,
-            &mut self.ended.storage,
-            &mut self.ended.budget,
         ];
         for (total, &count) in totals.into_iter().zip(&words[1..]) {
             *total += u64::from(count);

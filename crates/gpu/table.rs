@@ -2,15 +2,11 @@
 
 use bytemuck::cast_slice;
 use wgpu::{
-    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, Origin3d, TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
+    Extent3d, Origin3d, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
     TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
 };
 
-use crate::{
-    device::{Device, DeviceError},
-    error::RenderError,
-    pipeline::mapped,
-};
+use crate::{device::Device, error::RenderError};
 
 /// Texels of a row; of the same name in `shaders/tables.wgsl`. Every device has textures of that width.
 pub const TABLE_WIDTH: u32 = 8192;
@@ -78,7 +74,7 @@ impl<'a> Table<'a> {
         } else {
             TextureFormat::Rgba32Uint
         };
-        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
         let texture = texture(device, name, self.size(), format, usage)?;
         let whole_rows = self.bytes.len() as u64 / self.row_bytes() * self.row_bytes();
         let (rows, rest) = self.bytes.split_at(whole_rows as usize);
@@ -119,27 +115,6 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Width and height of a texture that has room for so many texels. An empty one still has a texel.
-fn size_of_table(texels: u64) -> (u32, u64) {
-    let texels = texels.max(1);
-    let width = texels.min(u64::from(TABLE_WIDTH)) as u32;
-    (width, texels.div_ceil(u64::from(TABLE_WIDTH)))
-}
-
-/// A table of four words a texel that kernels write and read, as it comes.
-///
-/// # Errors
-/// [`RenderError::TooLarge`] if the device has no texture as high.
-pub(crate) fn working_table(
-    device: &Device,
-    name: &str,
-    texels: u64,
-) -> Result<Texture, RenderError> {
-    let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-    let size = size_of_table(texels);
-    texture(device, name, size, TextureFormat::Rgba32Uint, usage)
-}
-
 fn texture(
     device: &Device,
     name: &str,
@@ -171,41 +146,6 @@ fn texture(
         usage,
         view_formats: &[],
     }))
-}
-
-/// Copies the first `texels` of a working table back, a multiple of 16. Waits for everything submitted before.
-pub(crate) fn read_table(
-    device: &Device,
-    texture: &Texture,
-    texels: u64,
-) -> Result<Vec<u8>, DeviceError> {
-    let (width, height) = size_of_table(texels);
-    let row_bytes = 16 * width;
-    let staging = device.device.create_buffer(&BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(row_bytes) * height,
-        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device
-        .device
-        .create_command_encoder(&CommandEncoderDescriptor::default());
-    let target = TexelCopyBufferInfo {
-        buffer: &staging,
-        layout: TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row_bytes),
-            rows_per_image: None,
-        },
-    };
-    let extent = Extent3d {
-        width,
-        height: height as u32,
-        depth_or_array_layers: 1,
-    };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, extent);
-    device.queue.submit([encoder.finish()]);
-    mapped(device, &staging)
 }
 
 #[cfg(test)]

@@ -70,8 +70,9 @@ pub struct Frame {
     pub camera_media: [u32; 2],
     pub zero: u32,
     pub tolerance: f32,
+    pub state_planes: u32,
     pub texture_kinds: u32,
-    pub padding: [u32; 3],
+    pub padding: [u32; 2],
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
@@ -179,8 +180,8 @@ pub struct Slot {
     pub radiance: [f32; 4],
     pub rays: u32,
     pub common_rays: u32,
-    pub unused_0: u32,
-    pub unused_1: u32,
+    pub dropped_storage: u32,
+    pub dropped_budget: u32,
 }
 
 /// How many entries a list of slots has.

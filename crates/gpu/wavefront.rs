@@ -14,11 +14,10 @@ use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     pass::Work,
-    pipeline::{Pipeline, Resources, Workgroups, mapped},
+    pipeline::{Pipeline, Resources, Workgroups, mapped, read_back},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::{COUNTERS, Counters},
-    table::read_table,
     types::{Frame, Slot, WorkList},
     upload::GpuScene,
 };
@@ -88,8 +87,8 @@ impl Bound {
                 resources.provide(device, &binding.name, &called, gpu_scene, work)?;
             }
         }
-        let groups = [0, 1]
-            .map(|reads| pipeline.bind(device, resources, |name| resource_name(name, reads)));
+        let groups =
+            [0, 1].map(|reads| pipeline.bind(device, resources, |name| resource_name(name, reads)));
         Ok(Self { pipeline, groups })
     }
 }
@@ -155,9 +154,7 @@ impl Wavefront {
             let mut encoder = encoder(device);
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
             let once = Workgroups::Count(1);
-            kernel
-                .pipeline
-                .dispatch(&mut pass, &kernel.groups[0], once);
+            kernel.pipeline.dispatch(&mut pass, &kernel.groups[0], once);
             drop(pass);
             device.queue.submit([encoder.finish()]);
         }
@@ -247,13 +244,12 @@ impl Wavefront {
         Ok((list.length, counters.add(cast_slice(counts))))
     }
 
-    /// Waits for all dispatches, then a batch's slots.
+    /// Waits for all dispatches, then a batch's slots: the first two planes (`shaders/state.wgsl`).
     pub(crate) fn slots(&self, device: &Device, count: u32) -> Result<Vec<Slot>, DeviceError> {
-        let count = count as usize;
-        let table = self.resources.working_table("slots");
-        let bytes = read_table(device, table, 2 * count as u64)?;
+        let state = self.resources.buffer("state");
+        let bytes = read_back(device, state, u64::from(count) * size_of::<Slot>() as u64)?;
         let words: &[[u32; 4]] = cast_slice(&bytes);
-        let (radiance, counts) = words.split_at(count);
+        let (radiance, counts) = words.split_at(count as usize);
         Ok(radiance
             .iter()
             .zip(counts)
@@ -261,7 +257,8 @@ impl Wavefront {
                 radiance: radiance.map(f32::from_bits),
                 rays: counts[0],
                 common_rays: counts[1],
-                ..Slot::default()
+                dropped_storage: counts[2],
+                dropped_budget: counts[3],
             })
             .collect())
     }

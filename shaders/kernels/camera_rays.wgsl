@@ -9,7 +9,7 @@ fn camera_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
         radiance = vec4f(0.0);
         rays = 0u;
         if (frame.sample > 0u) {
-            load_slot(slot);
+            take_slot(load_state(RADIANCE_PLANE, slot, slot, 0u));
         }
         common_rays = 0u;
         if (inside_window(pixel)) {

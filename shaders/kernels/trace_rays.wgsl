@@ -11,7 +11,7 @@ fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let entry = queue_in[index];
     let slot = entry_slot(entry);
-    var ray = load_ray(slot, entry_level(entry));
+    var ray = item_of(load_state(STACK_PLANE, slot, index, entry_level(entry)).item);
     if (ray.kind == LIGHTS) {
         return;
     }

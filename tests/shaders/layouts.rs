@@ -56,7 +56,7 @@ fn on_host() -> Vec<Layout> {
             start_right start_t start_up start_depth ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance texture_kinds padding environment
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds padding environment
         }
         LeafTriangle { vertices entry }
         TextureUse { row_u offset row_v uv_set width height flags unused }
@@ -69,7 +69,8 @@ fn on_host() -> Vec<Layout> {
             position kind direction inverse_range intensity spot_scale spot_cos_outer nearest unused_0 unused_1
         }
         Medium { absorption ior priority unused_0 unused_1 unused_2 }
-        Slot { radiance stack_height next_sample rays common_rays }
+        Slot { radiance rays common_rays dropped_storage dropped_budget }
+        WorkList { workgroups workgroups_y workgroups_z length }
         ProbeRay { origin t_max direction shadow }
         ProbeHit { t u v triangle }
         SecondaryRay { origin leaving direction unused_0 next unused_1 }

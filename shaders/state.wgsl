@@ -1,0 +1,42 @@
+// What kernels leave for each other: one list of texel-sized words in planes, a word for each slot (or place on the list) in each.
+// Lanes lie side by side, so that a vector of them reads one run of memory. In a storage buffer, since lavapipe takes 20 times
+// as long to store a texel; but loads from one are much code, so all of them go through one loop, whose end drivers can't know.
+
+const RADIANCE_PLANE: u32 = 0u; // by slot: Slot.radiance
+const COUNTS_PLANE: u32 = 1u; // by slot: the rest of Slot
+const HIT_PLANE: u32 = 2u; // by place on the list: what its ray hit
+const STACK_PLANE: u32 = 3u; // by slot: the stack of pending work, ITEM_WORDS a level
+
+fn store_word(plane: u32, place: u32, word: vec4u) {
+    state[plane * frame.slot_count + place] = word;
+}
+
+fn load_word(plane: u32, place: u32) -> vec4u {
+    return state[plane * frame.slot_count + place];
+}
+
+// The words of a slot, of a place on the list, and of an item on the slot's stack.
+struct SlotState {
+    radiance: vec4u,
+    counts: vec4u,
+    hit: vec4u,
+    item: array<vec4u, ITEM_WORDS>,
+}
+
+// Those of the planes from `first` on.
+fn load_state(first: u32, slot: u32, index: u32, level: u32) -> SlotState {
+    var loaded: SlotState;
+    for (var plane = first; plane < frame.state_planes; plane++) {
+        let place = select(slot, index, plane == HIT_PLANE);
+        let above = select(0u, level * ITEM_WORDS, plane >= STACK_PLANE);
+        let word = load_word(plane + above, place);
+        loaded.radiance = select(loaded.radiance, word, plane == RADIANCE_PLANE);
+        loaded.counts = select(loaded.counts, word, plane == COUNTS_PLANE);
+        loaded.hit = select(loaded.hit, word, plane == HIT_PLANE);
+        loaded.item[0] = select(loaded.item[0], word, plane == STACK_PLANE);
+        loaded.item[1] = select(loaded.item[1], word, plane == STACK_PLANE + 1u);
+        loaded.item[2] = select(loaded.item[2], word, plane == STACK_PLANE + 2u);
+        loaded.item[3] = select(loaded.item[3], word, plane == STACK_PLANE + 3u);
+    }
+    return loaded;
+}
