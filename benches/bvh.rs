@@ -4,36 +4,13 @@
 mod support;
 
 use criterion::{Criterion, Throughput};
-use glam::Vec3;
 use raytree::{Bvh, Preset};
 
 /// Squares along a side.
 const SIDE: u32 = 224;
 
-/// The sum of sines that a terrain is: steep and flat, long and short triangles, the same every time.
-fn terrain() -> Vec<[Vec3; 3]> {
-    let vertex = |column: u32, row: u32| {
-        let (x, z) = (column as f32 / SIDE as f32, row as f32 / SIDE as f32);
-        let height = 0.1 * (9.0 * x + 4.0 * z).sin()
-            + 0.03 * (31.0 * x * z).cos()
-            + 0.005 * (170.0 * (x - z)).sin();
-        Vec3::new(x, height, z)
-    };
-    let squares = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (column, row)));
-    squares
-        .flat_map(|(column, row)| {
-            let corners =
-                [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(c, r)| vertex(column + c, row + r));
-            [
-                [corners[0], corners[1], corners[2]],
-                [corners[2], corners[1], corners[3]],
-            ]
-        })
-        .collect()
-}
-
 fn main() {
-    let triangles = terrain();
+    let triangles = support::rays::hills(SIDE);
     let mut criterion = Criterion::default().configure_from_args();
     let mut group = support::group(&mut criterion, "bvh", 4);
     group.throughput(Throughput::Elements(triangles.len() as u64));

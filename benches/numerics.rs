@@ -15,10 +15,12 @@ use raytree_gpu::{
     types::{ProbeHit, ProbeRay},
 };
 use raytree_stress::{BOOK_TOLERANCE, meshes, random::Random};
-use support::{Expected, cpu_time::CpuTime};
+use support::{
+    Effort, Expected,
+    cpu_time::CpuTime,
+    summary::{Record, Spread},
+};
 
-/// Rounds in each of which every variant runs once.
-const ROUNDS: usize = 9;
 /// Rays of a traversal.
 const RAYS: usize = 1 << 20;
 /// Rays whose hit may differ by variant: at edges, and through the cracks that some leave.
@@ -72,25 +74,25 @@ fn rounds(count: usize, mut run: impl FnMut(usize)) -> Vec<Vec<f64>> {
     seconds
 }
 
-fn median(sorted: &[f64]) -> f64 {
-    sorted[sorted.len() / 2]
-}
-
-/// Of each variant the median ratio to all measures, and the smallest and largest.
-fn show(subject: &str, seconds: &[Vec<f64>]) {
-    for ((name, _), own) in variants().iter().zip(seconds) {
-        let mut ratios: Vec<f64> = own.iter().zip(&seconds[0]).map(|(a, b)| a / b).collect();
-        ratios.sort_by(f64::total_cmp);
-        let mut own = own.clone();
-        own.sort_by(f64::total_cmp);
+/// Of each variant the median ratio to all measures, and the smallest and largest; for the summary, what all measures cost against
+/// it.
+fn show(subject: &str, seconds: &[Vec<f64>]) -> Vec<Record> {
+    let all = &seconds[0];
+    let each = variants().into_iter().zip(seconds).map(|((name, _), own)| {
+        let ratio = Spread::of(own.iter().zip(all).map(|(own, all)| own / all));
         println!(
             "{subject:<24} {name:<18} {:>8.3} s   {:.3} ({:.3} to {:.3})",
-            median(&own),
-            median(&ratios),
-            ratios[0],
-            ratios[ratios.len() - 1],
+            Spread::of(own.iter().copied()).median,
+            ratio.median,
+            ratio.least,
+            ratio.most,
         );
-    }
+        let cost = Spread::of(own.iter().zip(all).map(|(own, all)| all / own));
+        let name = format!("numerics/{subject}/all against {name}");
+        cost.record(&name, "x", &format!("CPU seconds, {} rounds", own.len()))
+    });
+    // All against all is 1.
+    each.skip(1).collect()
 }
 
 /// From inside a mesh to anywhere.
@@ -105,7 +107,7 @@ fn rays(mesh: &meshes::Mesh) -> Vec<ProbeRay> {
     (0..RAYS).map(|_| ray()).collect()
 }
 
-fn traversal(device: &Device, count: usize, mesh: &meshes::Mesh) {
+fn traversal(device: &Device, count: usize, mesh: &meshes::Mesh) -> Vec<Record> {
     let scene = &mesh.scene;
     let bvh = bvh(scene);
     let rays = rays(mesh);
@@ -135,10 +137,10 @@ fn traversal(device: &Device, count: usize, mesh: &meshes::Mesh) {
     show(
         &format!("traversal, {}", scene.geometry.triangles.len()),
         &seconds,
-    );
+    )
 }
 
-fn frame(device: &Device, count: usize, file: &'static str) {
+fn frame(device: &Device, count: usize, file: &'static str) -> Vec<Record> {
     let scene = support::scene(file);
     let bvh = bvh(&scene);
     let settings = RenderSettings::new(WIDTH, HEIGHT, raytree::default_camera(&scene));
@@ -164,7 +166,7 @@ fn frame(device: &Device, count: usize, file: &'static str) {
     let seconds = rounds(count, |variant| {
         expected.check(&render(variant).film);
     });
-    show(&format!("frame, {}", support::stem(file)), &seconds);
+    show(&format!("frame, {}", support::stem(file)), &seconds)
 }
 
 fn bvh(scene: &Scene) -> Bvh {
@@ -172,20 +174,20 @@ fn bvh(scene: &Scene) -> Bvh {
 }
 
 fn main() {
-    let count = if std::env::args().any(|argument| argument == "--test") {
-        1
-    } else {
-        ROUNDS
-    };
     if !support::cpu_time::available() {
         println!("numerics: left out, /proc/self/task/*/schedstat is not there");
         return;
     }
+    let count = Effort::chosen().rounds();
     let device = support::device();
     let ball = meshes::ellipsoid("a ball", Vec3::ZERO, Vec3::ONE, 100);
-    traversal(&device, count, &ball);
-    traversal(&device, count, &meshes::terrain_box("a terrain", 160, 0.02));
-    for file in ["cornell.glb", "whitted-1980.glb"] {
-        frame(&device, count, file);
+    let terrain = meshes::terrain_box("a terrain", 160, 0.02);
+    let mut records = Vec::new();
+    for mesh in [&ball, &terrain] {
+        records.extend(traversal(&device, count, mesh));
     }
+    for file in ["cornell.glb", "whitted-1980.glb"] {
+        records.extend(frame(&device, count, file));
+    }
+    support::leave("numerics", &records);
 }

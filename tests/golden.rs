@@ -18,9 +18,7 @@ use raytree::{
 };
 use raytree_film::{quantise_u8, srgb_encode};
 use serde::Deserialize;
-
-/// What the goldens were blessed on. The CPU that runs it is no part of it: see [`judge_near_exact`].
-const PINNED_DRIVER: &str = "llvmpipe Mesa 25.0.7";
+use support::PINNED_DRIVER;
 
 /// A pixel is as blessed if no channel is further off, of 255 steps: rounding to 8 bits turns a last-bit difference of
 /// f32 into a whole step.
@@ -132,7 +130,7 @@ fn run(device: &Device, folder: &Path) -> Result<(), Failed> {
     let verdict = if expected_path.exists() {
         small_enough(&expected_path)?;
         let expected = Picture::read(&expected_path)?;
-        judge(&expected, &actual, is_pinned(device.info())).map_err(|what| {
+        judge(&expected, &actual, support::is_pinned(device.info())).map_err(|what| {
             match leave_difference(&expected, &actual, &name, device.info()) {
                 Some(path) => format!("{what}; expected | actual | difference: {}", path.display()),
                 None => what,
@@ -149,7 +147,7 @@ fn run(device: &Device, folder: &Path) -> Result<(), Failed> {
         fs::remove_file(&actual_path)?;
         return Ok(());
     };
-    if std::env::var_os("RAYTREE_BLESS").is_none_or(|value| value != "1") {
+    if !support::blessing() {
         let command =
             format!("RAYTREE_BLESS=1 cargo test --test golden -- --exact picture::{name}");
         return Err(format!("{what}\nIf this is how it should be: {command}").into());
@@ -210,14 +208,6 @@ fn camera(scene: &Scene, golden: &Golden) -> Result<Camera, Failed> {
     Ok(found
         .cloned()
         .ok_or_else(|| format!("{} has no camera '{name}'", golden.asset))?)
-}
-
-fn is_pinned(device: &DeviceInfo) -> bool {
-    // Mesa's version may go on ("25.0.7-2"), but 25.0.70 would be another.
-    device
-        .driver
-        .strip_prefix(PINNED_DRIVER)
-        .is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
 fn judge(expected: &Picture, actual: &Picture, pinned: bool) -> Result<(), String> {
@@ -307,7 +297,7 @@ fn slug(device: &DeviceInfo) -> String {
 }
 
 fn bless(device: &DeviceInfo, actual: &Path, expected: &Path) -> Result<(), Failed> {
-    if !is_pinned(device) {
+    if !support::is_pinned(device) {
         return Err(format!(
             "goldens are blessed on {PINNED_DRIVER} alone, and this is {}; ./setup.sh installs it, RAYTREE_DEVICE chooses it",
             device.driver

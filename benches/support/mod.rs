@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each bench uses a part of it")]
 
 pub mod cpu_time;
+pub mod rays;
+pub mod summary;
 
 use std::{path::Path, time::Duration};
 
@@ -34,7 +36,82 @@ pub fn device() -> Device {
     device
 }
 
-/// Few samples of equal size: a bench of a tenth of a second each would else take minutes.
+/// Cargo's target folder: where results go.
+pub fn target() -> &'static Path {
+    // Cargo's folder for what tests leave is the one folder in it that it names.
+    let inside = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    inside.parent().unwrap_or(inside)
+}
+
+/// How long all benches may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Each once, to see that it works: cargo's `-- --test`.
+    Test,
+    /// Two minutes.
+    Quick,
+    /// Ten.
+    Full,
+}
+
+impl Effort {
+    /// As `RAYTREE_BENCH` says, `quick` or `full`; without it, quick.
+    pub fn chosen() -> Self {
+        if std::env::args().any(|argument| argument == "--test") {
+            return Self::Test;
+        }
+        match std::env::var("RAYTREE_BENCH").as_deref() {
+            Err(_) | Ok("quick") => Self::Quick,
+            Ok("full") => Self::Full,
+            Ok(other) => panic!("RAYTREE_BENCH is '{other}'; it can be 'quick' or 'full'"),
+        }
+    }
+
+    /// Rounds of a bench that compares variants in turn.
+    pub fn rounds(self) -> usize {
+        match self {
+            Self::Test => 1,
+            Self::Quick => 3,
+            Self::Full => 25,
+        }
+    }
+
+    /// Criterion's measurement time for what deserves `seconds`: half of it, or four times that.
+    fn measuring(self, seconds: u64) -> Duration {
+        let seconds = Duration::from_secs(seconds);
+        match self {
+            Self::Test | Self::Quick => seconds / 2,
+            Self::Full => 4 * seconds,
+        }
+    }
+}
+
+/// The names on the command line that a bench's name has to contain one of; criterion's options are not for benches that do without
+/// it.
+pub fn wanted(name: &str) -> bool {
+    let arguments: Vec<String> = std::env::args().collect();
+    let is_option = |argument: &str| argument.starts_with("--");
+    // What follows an option is its value (`--baseline before`), but for those of cargo's that have none.
+    let is_name = |pair: &&[String]| {
+        !is_option(&pair[1]) && (!is_option(&pair[0]) || ["--test", "--bench"].contains(&&*pair[0]))
+    };
+    let mut names = arguments
+        .windows(2)
+        .filter(is_name)
+        .map(|pair| &pair[1])
+        .peekable();
+    names.peek().is_none() || names.any(|part| name.contains(part.as_str()))
+}
+
+/// Leaves a bench's figures for the summary, if it has any.
+pub fn leave(bench: &str, records: &[summary::Record]) {
+    if Effort::chosen() != Effort::Test && !records.is_empty() {
+        summary::leave(target(), bench, records).unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// Few samples of equal size: a bench of a tenth of a second each would else take minutes. `seconds` are what it deserves, for
+/// [`Effort`] to make more or less of.
 pub fn group<'c, M: Measurement>(
     criterion: &'c mut Criterion<M>,
     name: &str,
@@ -44,7 +121,7 @@ pub fn group<'c, M: Measurement>(
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group
         .warm_up_time(Duration::from_millis(300))
-        .measurement_time(Duration::from_secs(seconds));
+        .measurement_time(Effort::chosen().measuring(seconds));
     group
 }
 

@@ -7,10 +7,12 @@
 mod builder;
 mod check;
 mod coincident;
+mod cpu;
 mod median;
 
 pub use builder::{BvhError, Preset, build};
 pub use check::{Defect, check};
+pub use cpu::{CpuHit, CpuTraversal};
 
 /// The deepest tree that [`build`] makes: what a traversal stack has to hold at most.
 pub const DEPTH_LIMIT: u32 = 64;

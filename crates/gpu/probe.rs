@@ -83,6 +83,30 @@ impl<'d> Prober<'d> {
         Ok(hits)
     }
 
+    /// Lays out rays on the device, in place of those before, for [`Self::run`].
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    ///
+    /// # Panics
+    /// If there are more than a dispatch takes, 2^20.
+    pub fn upload(&self, rays: &[ProbeRay]) -> Result<(), RenderError> {
+        assert!(rays.len() <= BATCH, "{} rays at once", rays.len());
+        self.bulk.upload("probe_rays", rays);
+        // What is written waits for the next submission.
+        self.bulk.device.queue.submit([]);
+        Ok(self.bulk.device.wait()?)
+    }
+
+    /// Traces the first `count` rays uploaded, and waits for it: nothing but the dispatch, to be timed.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn run(&self, count: usize) -> Result<(), RenderError> {
+        self.bulk.dispatch(count.min(BATCH));
+        Ok(self.bulk.device.wait()?)
+    }
+
     /// From the device's order of a triangle's vertices to the scene's.
     fn turn_back(&self, hit: &mut ProbeHit) {
         let first = self.first_corners.get(hit.triangle as usize);
@@ -179,21 +203,29 @@ impl<'d> Bulk<'d> {
         items: &[I],
         output: &str,
     ) -> Result<Vec<O>, RenderError> {
-        let Self { device, pass, .. } = self;
         let mut found = Vec::with_capacity(items.len());
         for batch in items.chunks(BATCH) {
-            let slot_count = batch.len() as u32;
-            let frame = Frame {
-                slot_count,
-                ..self.frame
-            };
-            pass.write(device, "frame", bytes_of(&frame));
-            pass.write(device, input, cast_slice(batch));
-            pass.submit(device, slot_count.div_ceil(WORKGROUP));
+            self.upload(input, batch);
+            self.dispatch(batch.len());
             let size = batch.len() * size_of::<O>();
-            let bytes = pass.read(device, output, size as u64)?;
+            let bytes = self.pass.read(self.device, output, size as u64)?;
             found.extend_from_slice(cast_slice::<u8, O>(&bytes));
         }
         Ok(found)
+    }
+
+    /// With what the kernel has to know of them.
+    fn upload<I: Pod>(&self, input: &str, items: &[I]) {
+        let frame = Frame {
+            slot_count: items.len() as u32,
+            ..self.frame
+        };
+        self.pass.write(self.device, "frame", bytes_of(&frame));
+        self.pass.write(self.device, input, cast_slice(items));
+    }
+
+    fn dispatch(&self, count: usize) {
+        let workgroups = (count as u32).div_ceil(WORKGROUP);
+        self.pass.submit(self.device, workgroups);
     }
 }

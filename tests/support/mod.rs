@@ -9,8 +9,28 @@ use std::{
 };
 
 use raytree::{
-    Camera, Device, DeviceChoice, Film, Preset, RenderSettings, Rendering, Scene, WriteOptions,
+    Camera, Device, DeviceChoice, DeviceInfo, Film, Preset, RenderSettings, Rendering, Scene,
+    WriteOptions,
 };
+
+/// What is kept in the repository was blessed on this. The CPU that runs it is no part of it: lavapipe compiles for what it
+/// finds, so the last bit of a float may differ.
+pub const PINNED_DRIVER: &str = "llvmpipe Mesa 25.0.7";
+
+/// Whether a device's driver is that one.
+pub fn is_pinned(device: &DeviceInfo) -> bool {
+    // Mesa's version may go on ("25.0.7-2"), but 25.0.70 would be another.
+    device
+        .driver
+        .strip_prefix(PINNED_DRIVER)
+        .is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+}
+
+/// Whether what is kept is to be rewritten: `RAYTREE_BLESS=1`. The test that does so still fails, so that no run that blesses passes for
+/// one that tested.
+pub fn blessing() -> bool {
+    std::env::var_os("RAYTREE_BLESS").is_some_and(|value| value == "1")
+}
 
 /// The project's root.
 pub fn root() -> &'static Path {

@@ -1,7 +1,7 @@
 //! Trees over many shapes of input: each triangle in a leaf, boxes enclose, and the check notices when not.
 
 use glam::{Vec3, vec3};
-use raytree_bvh::{Bvh, Defect, Preset, build, check};
+use raytree_bvh::{Bvh, CpuTraversal, Defect, Preset, build, check};
 
 const PRESETS: [Preset; 3] = [Preset::Fast, Preset::Balanced, Preset::Best];
 
@@ -132,4 +132,48 @@ fn defects_are_found() {
         check(&Bvh::default(), &triangles[..1], false),
         Err(Defect::Missing(0))
     );
+}
+
+/// By the signs of three volumes, in f64: how far along the ray, if at all.
+fn crossing(origin: Vec3, direction: Vec3, triangle: [Vec3; 3]) -> Option<f64> {
+    let [a, b, c] = triangle.map(|v| (v - origin).as_dvec3());
+    let direction = direction.as_dvec3();
+    let volumes = [(a, b), (b, c), (c, a)].map(|(p, q)| direction.dot(p.cross(q)));
+    let inside = volumes.iter().all(|v| *v > 0.0) || volumes.iter().all(|v| *v < 0.0);
+    let normal = (b - a).cross(c - a);
+    let t = normal.dot(a) / normal.dot(direction);
+    (inside && t > 0.0).then_some(t)
+}
+
+/// obvhs on our nodes finds what trying every triangle finds.
+#[test]
+fn the_cpu_hits_what_is_hit() {
+    let triangles = soup(300, 0.5);
+    let mut numbers = Numbers(5);
+    for preset in PRESETS {
+        let cpu = CpuTraversal::new(&build(&triangles, preset).unwrap(), &triangles);
+        let mut hits = 0;
+        for _ in 0..500 {
+            let (origin, direction) = (numbers.point(3.0), numbers.point(1.0).normalize());
+            let tried = triangles
+                .iter()
+                .zip(0_u32..)
+                .filter_map(|(triangle, index)| {
+                    Some((crossing(origin, direction, *triangle)?, index))
+                });
+            let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+            let found = cpu.closest_hit(origin, direction, f32::MAX);
+            assert_eq!(found.map(|hit| hit.triangle), nearest.map(|hit| hit.1));
+            assert_eq!(cpu.occluded(origin, direction, f32::MAX), nearest.is_some());
+            if let Some((t, _)) = nearest {
+                assert!(
+                    cpu.closest_hit(origin, direction, 0.99 * t as f32)
+                        .is_none()
+                );
+                assert!(!cpu.occluded(origin, direction, 0.99 * t as f32));
+                hits += 1;
+            }
+        }
+        assert!((50..500).contains(&hits), "{hits} of 500 rays hit");
+    }
 }
