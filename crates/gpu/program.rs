@@ -170,7 +170,7 @@ impl ProgramFeatures {
             .with(Feature::Priorities, solids && scene.priorities)
             .with(Feature::Contact, solids && scene.contact)
             .with(Feature::StraightOn, solids || transparent_shadows)
-            .with(Feature::Absorption, scene.absorption)
+            .with(Feature::Absorption, solids && scene.absorption)
             .with(Feature::TransparentShadows, transparent_shadows)
             .with(Feature::Lights, scene.lights > 0)
             .with(Feature::ManyLights, scene.lights > 1)
