@@ -242,7 +242,7 @@ pub fn book_glass() -> [Case; 2] {
         ..glass(0.5, 0)
     };
     [Shading::Pbr, Shading::Whitted].map(|shading| {
-        case(squares(&[material.clone()]), |settings| {
+        case(squares(std::slice::from_ref(&material)), |settings| {
             settings.shading = shading;
         })
     })
