@@ -408,8 +408,10 @@ fn lights_count_where_one_shines() {
         intensity: DVec3::new(0.0, intensity, 0.0),
     };
     let of = |intensities: &[f64]| {
-        let mut scene = Scene::default();
-        scene.lights = intensities.iter().copied().map(light).collect();
+        let scene = Scene {
+            lights: intensities.iter().copied().map(light).collect(),
+            ..Scene::default()
+        };
         let found = SceneFeatures::of(&scene);
         (found.lights, found.spots)
     };

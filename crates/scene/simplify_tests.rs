@@ -236,8 +236,10 @@ fn dark_lights_go_but_for_the_last() {
         intensity: DVec3::splat(intensity),
     };
     let left = |intensities: &[f64]| {
-        let mut scene = Scene::default();
-        scene.lights = intensities.iter().copied().map(light).collect();
+        let mut scene = Scene {
+            lights: intensities.iter().copied().map(light).collect(),
+            ..Scene::default()
+        };
         simplify(&mut scene);
         scene
             .lights
