@@ -5,30 +5,12 @@ mod support;
 
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Output},
 };
 
 /// The only file of the corpus that requires what we do not support.
 const REFUSED: [(&str, &str); 1] = [("glTF-Draco", "KHR_draco_mesh_compression")];
-
-fn scenes_below(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            scenes_below(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|ending| ending == "gltf" || ending == "glb")
-        {
-            found.push(path);
-        }
-    }
-}
 
 fn raytree(scene: &Path, output: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_raytree"))
@@ -60,7 +42,7 @@ fn valid_files_render_or_name_what_they_require() {
     }
     let output = support::artefact("corpus.png");
     let mut scenes = Vec::new();
-    scenes_below(&folder, &mut scenes);
+    support::scenes_below(&folder, &mut scenes);
     assert!(scenes.len() > 100, "{} scenes", scenes.len());
     let mut faults = Vec::new();
     for scene in &scenes {
@@ -90,7 +72,7 @@ fn invalid_files_are_refused_whole_or_cut_short() {
     };
     let cut = support::artefact("cut-short");
     let mut scenes = Vec::new();
-    scenes_below(&folder, &mut scenes);
+    support::scenes_below(&folder, &mut scenes);
     assert_eq!(scenes.len(), 12);
     let mut faults = Vec::new();
     for scene in &scenes {

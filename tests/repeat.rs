@@ -1,5 +1,6 @@
 //! The same command gives the same bytes on the same driver: again, in batches of any size, on any number of threads, as a
-//! part of the picture, and by a program that could do more. The judge is the renderer itself; what it must not do is differ.
+//! part of the picture. The judge is the renderer itself; what it must not do is differ. (By a program that could do more, too:
+//! `tests/specialise.rs`.)
 #![allow(clippy::print_stdout, reason = "what a test says is read by people")]
 
 mod support;
@@ -7,12 +8,7 @@ mod support;
 use std::{env, fs, path::Path, process::Command};
 
 use glam::Vec3;
-use raytree::{
-    Counters, Device, Environment, Feature, Film, ProgramFeatures, Region, RenderSettings, Scene,
-    Shading,
-};
-use raytree_gpu::Rendered;
-use raytree_scene::environment::EquirectMap;
+use raytree::{Counters, Device, Film, Region, RenderSettings, Scene};
 
 /// Where the child process leaves its film's words.
 const CHILD_OUTPUT: &str = "RAYTREE_REPEAT_OUTPUT";
@@ -266,71 +262,6 @@ fn a_region_is_a_part_of_the_whole() {
             &part,
         );
     }
-}
-
-/// The scene with what such a program reads without asking, and in a form that changes nothing: a black environment.
-fn in_darkness(mut scene: Scene) -> Scene {
-    let dark = EquirectMap {
-        width: 1,
-        height: 1,
-        texels: vec![[0.0; 3]],
-    };
-    scene
-        .surroundings
-        .environment
-        .get_or_insert_with(|| Environment::new(dark, 0.0));
-    scene
-}
-
-fn render_with(
-    device: &Device,
-    scene: &Scene,
-    settings: &RenderSettings,
-    features: ProgramFeatures,
-) -> Rendered {
-    let bvh = raytree::build_bvh(scene, raytree::Preset::default()).unwrap();
-    raytree_gpu::render_with(
-        device,
-        scene,
-        &bvh,
-        settings,
-        features,
-        &mut raytree::unobserved,
-    )
-    .unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Leaving out what a scene does not need changes nothing in the picture, nor in the rays that it takes.
-#[test]
-fn a_program_that_could_do_more() {
-    let Some(device) = support::device() else {
-        return;
-    };
-    let mut faults = Vec::new();
-    for file in ["cornell.glb", "glass-in-water.glb", "cards.gltf"] {
-        let scene = scene(file);
-        let settings = settings(&scene);
-        let special = support::render(device, &scene, &settings);
-        // The first three are not what a scene needs but what was asked for. Vertex colours are data: white ones are
-        // interpolated to 1 but for the last bit.
-        let everything = ProgramFeatures::everything()
-            .with(Feature::Orthographic, false)
-            .with(Feature::Whitted, settings.shading == Shading::Whitted)
-            .with(Feature::Counters, settings.counters)
-            .with(Feature::VertexColors, !scene.geometry.colors.is_empty());
-        assert_ne!(special.features, everything, "{file} leaves nothing out");
-        let general = render_with(device, &in_darkness(scene), &settings, everything);
-        if let Some(difference) = Words::of(&special.film).difference(&Words::of(&general.film)) {
-            faults.push(format!("{file}: {difference}"));
-        }
-        // Looking for faces in contact takes steps, but no rays.
-        let [expected, counted] =
-            [special.counters, general.counters].map(|c| c.map(|c| (c.rays, c.ended)));
-        if counted != expected {
-            faults.push(format!("{file}: {counted:?}, not {expected:?}"));
-        }
-    }
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 /// The ray stack is sized by the maximum depth: it must never be what ends a branch.

@@ -3,24 +3,35 @@
 
 mod support;
 
+#[path = "shaders/cases.rs"]
+mod cases;
 #[path = "shaders/constants.rs"]
 mod constants;
 #[path = "shaders/layouts.rs"]
 mod layouts;
+#[path = "shaders/marks.rs"]
+mod marks;
 #[path = "shaders/module.rs"]
 mod module;
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{
+    collections::{BTreeSet, HashSet},
+    fs,
+    path::Path,
+};
 
 use naga::Module;
-use raytree::{Feature, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading};
+use raytree::{
+    Feature, ImportError, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading,
+};
 use raytree_gpu::{
-    Kernel, Piece, assemble, bindings_of,
+    Kernel, Piece, ProgramError, assemble, bindings_of,
     source::{self, Limits, SOURCE_FILES},
     specialise,
 };
 
-use module::{call_sites, constant_branches, copies, names, size};
+use marks::{MARKS, Marks, SHARED};
+use module::{call_sites, constant_branches, copies, names, parts, size};
 
 /// Every entry point.
 fn kernels() -> impl Iterator<Item = Kernel> {
@@ -173,78 +184,108 @@ fn an_unfolded_module_is_noticed() {
     assert_eq!(constant_branches(&folded), 0);
 }
 
-/// What goes with a feature: a program without it has none of these functions and global variables, one with it has all.
-const GOES_WITH: &[(&[Feature], &[&str])] = &[
-    (&[Feature::Mask], &["cut_out"]),
-    (
-        &[Feature::Textures],
-        &[
-            "sample_material",
-            "sample_texture",
-            "texel",
-            "texture_place",
-        ],
-    ),
-    (&[Feature::Textures, Feature::Environment], &["texels"]),
-    (&[Feature::NormalMaps], &["normal_from_map"]),
-    (
-        &[Feature::NormalMaps, Feature::VertexColors],
-        &["interpolated_attribute"],
-    ),
-    (
-        &[Feature::Solids],
-        &[
-            "refracted_direction",
-            "refracted",
-            "precise_angle",
-            "enter_medium",
-            "leave_medium",
-        ],
-    ),
-    (&[Feature::Absorption], &["medium_transmittance"]),
-    (
-        &[Feature::Solids, Feature::Absorption, Feature::Contact],
-        &["media", "innermost_medium"],
-    ),
-    (&[Feature::Priorities, Feature::Contact], &["insert_medium"]),
-    (
-        &[Feature::Contact],
-        &["contact", "begin_contact", "join_contact", "cross_contact"],
-    ),
-    (&[Feature::StraightOn], &["straight_on"]),
-    (&[Feature::TransparentShadows], &["shadow_share"]),
-    (
-        &[Feature::Lights, Feature::TransparentShadows],
-        &[
-            "next_shadow_ray",
-            "sample_light",
-            "whitted_direct",
-            "lights",
-        ],
-    ),
-    (
-        &[Feature::Environment],
-        &["environment_level", "environment_uv", "arc_tangent"],
-    ),
-    (
-        &[Feature::Whitted],
-        &["whitted_shading", "whitted_coefficients", "highlight"],
-    ),
-    (&[Feature::Counters], &["tally"]),
-    (
-        &[Feature::Watertight],
-        &["view_along", "intersect_triangle"],
-    ),
-    (
-        &[Feature::ErrorBounds],
-        &["point_at", "edges_at", "place_along_ray"],
-    ),
-];
+#[test]
+fn what_comes_after_a_folded_return_is_gone() {
+    let text = "const ON: bool = true; var<private> x: u32; fn after() { x = 2u; }
+        @compute @workgroup_size(1) fn k() { if (ON) { x = 1u; return; } after(); }";
+    let module = naga::front::wgsl::parse_str(text).expect("it parses");
+    let folded = specialise::specialise(&module, "k", &naga::back::PipelineConstants::default())
+        .expect("it is valid");
+    assert!(names(&module).contains("after") && !names(&folded).contains("after"));
+}
+
+/// What of a feature's marks is not as the table says, in the parts of a program without it and of one with it.
+fn mark_faults(marks: &Marks, without: &BTreeSet<String>, with: &BTreeSet<String>) -> Vec<String> {
+    let present = marks.present.iter().map(|part| (part, with, without));
+    let instead = marks.instead.iter().map(|part| (part, without, with));
+    let mut faults = Vec::new();
+    for (part, has, lacks) in present.chain(instead) {
+        for (program, wrong, what) in [(has, false, "has no"), (lacks, true, "still has")] {
+            if program.contains(*part) == wrong {
+                let which = if std::ptr::eq(program, with) {
+                    "with"
+                } else {
+                    "without"
+                };
+                faults.push(format!(
+                    "a program {which} {:?} {what} `{part}`",
+                    marks.feature
+                ));
+            }
+        }
+    }
+    faults
+}
+
+/// A scene without it has a program without its functions, bindings and members of structs, a scene with it one with them.
+#[test]
+fn each_feature_is_in_the_program_of_a_scene_that_needs_it() {
+    let listed: Vec<Feature> = MARKS.iter().map(|marks| marks.feature).collect();
+    assert_eq!(listed, Feature::ALL);
+    let mut faults = Vec::new();
+    for marks in MARKS {
+        let feature = marks.feature;
+        assert!(
+            marks.present.len() + marks.instead.len() > 0,
+            "{feature:?} has no marks"
+        );
+        let pair = cases::pair(feature);
+        let has = [0, 1].map(|k| pair[k].features().has(feature));
+        assert_eq!(has, [false, true], "{feature:?} of the scenes");
+        let [without, with] = pair.map(|case| parts(&case.program()));
+        faults.extend(mark_faults(marks, &without, &with));
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The check has to be able to fail: of each row, by a part that every program has, and by one that none has.
+#[test]
+fn a_wrong_mark_is_noticed() {
+    for marks in MARKS {
+        let [without, with] = cases::pair(marks.feature).map(|case| parts(&case.program()));
+        for wrong in ["trace", "no_such_function", "Frame.no_such_member"] {
+            let listed: &'static [&'static str] = match wrong {
+                "trace" => &["trace"],
+                "no_such_function" => &["no_such_function"],
+                _ => &["Frame.no_such_member"],
+            };
+            let present = Marks {
+                feature: marks.feature,
+                present: listed,
+                instead: &[],
+            };
+            let instead = Marks {
+                present: &[],
+                instead: listed,
+                ..present
+            };
+            for row in [present, instead] {
+                let faults = mark_faults(&row, &without, &with);
+                assert_eq!(faults.len(), 1, "{faults:?}");
+                assert!(faults[0].contains(wrong), "{faults:?}");
+            }
+        }
+        // The right row for the wrong programs: nothing is as it says.
+        let parts = marks.present.len() + marks.instead.len();
+        assert_eq!(mark_faults(marks, &with, &without).len(), 2 * parts);
+    }
+}
+
+/// `extras.whitted.kt` alone makes a solid that absorbs, under the book's model.
+#[test]
+fn solids_of_the_book_absorb() {
+    let [pbr, book] = cases::book_glass();
+    for feature in [Feature::Solids, Feature::Absorption, Feature::Transmission] {
+        assert!(!pbr.features().has(feature), "{feature:?}");
+        assert!(book.features().has(feature), "{feature:?}");
+    }
+    assert!(names(&book.program()).contains("medium_transmittance"));
+}
 
 #[test]
-fn what_is_left_out_is_gone() {
+fn what_features_share_is_gone_without_all_of_them() {
     let everything = names(&program(Kernel::Render, ProgramFeatures::everything()));
-    for (features, gone) in GOES_WITH {
+    for (features, gone) in SHARED {
         let without = names(&program(Kernel::Render, everything_but(features)));
         for name in *gone {
             assert!(
@@ -257,6 +298,34 @@ fn what_is_left_out_is_gone() {
             );
         }
     }
+}
+
+/// Naming of parts: what is there is found, under its name and no other.
+#[test]
+fn parts_are_what_the_source_says() {
+    let text = "struct Inner { flags: u32, unused: u32 } struct Outer { inner: Inner, size: vec3f }
+        @group(0) @binding(0) var<storage> given: array<Outer>;
+        var<private> sum: f32;
+        fn leaf(value: Inner) -> u32 { return value.flags & 12u; }
+        @compute @workgroup_size(1) fn k() { let whole = given[1]; if (leaf(whole.inner) != 0u) { sum = abs(whole.size.x); } }";
+    let module = naga::front::wgsl::parse_str(text).expect("it parses");
+    let found: Vec<String> = parts(&module).into_iter().collect();
+    assert_eq!(
+        found,
+        [
+            "& 0xc",
+            "Inner.flags",
+            "Inner.flags & 0xc",
+            "Outer.inner",
+            "Outer.size",
+            "given",
+            "k",
+            "k -> leaf",
+            "k: Abs",
+            "leaf",
+            "sum",
+        ]
+    );
 }
 
 #[test]
@@ -299,14 +368,16 @@ fn pictures_have_no_tolerance() {
 }
 
 /// Also of the features that are no more than a branch something goes. (The shading models replace each other, and so do the
-/// triangle tests.)
+/// triangle tests and the projections.)
 #[test]
 fn every_feature_costs_code() {
+    const REPLACE_OTHERS: [Feature; 3] =
+        [Feature::Orthographic, Feature::Whitted, Feature::Watertight];
     let everything = everything_but(&[Feature::Whitted]);
     let whole = size(&program(Kernel::Render, everything));
     for &feature in Feature::ALL
         .iter()
-        .filter(|feature| !matches!(feature, Feature::Whitted | Feature::Watertight))
+        .filter(|feature| !REPLACE_OTHERS.contains(feature))
     {
         let without = size(&program(Kernel::Render, everything.with(feature, false)));
         assert!(without < whole, "{feature:?}: {without} of {whole}");
@@ -441,4 +512,104 @@ fn scenes_get_the_program_that_they_need() {
     let cards = of(&own("cards.gltf"), Shading::Pbr);
     assert!(cards.contains("sample_texture") && cards.contains("texels"));
     assert!(of(&own("facing-mirrors.glb"), Shading::Whitted).contains("whitted_shading"));
+}
+
+/// The combinations of features that pictures of a scene can have: both shading models, with and without counters, from the default
+/// camera and from each of the file's own.
+fn reachable(scene: &Scene, found: &mut HashSet<ProgramFeatures>) {
+    let scene_features = SceneFeatures::of(scene);
+    let cameras = [raytree::default_camera(scene)];
+    for camera in cameras.iter().chain(&scene.cameras) {
+        for shading in [Shading::Pbr, Shading::Whitted] {
+            for counters in [false, true] {
+                for max_depth in [0, 8] {
+                    let settings = RenderSettings {
+                        shading,
+                        counters,
+                        max_depth,
+                        ..RenderSettings::new(8, 8, camera.clone())
+                    };
+                    found.insert(ProgramFeatures::of(&scene_features, &settings));
+                }
+            }
+        }
+    }
+}
+
+/// As a file says it, without what can't show, and of that lit by the studio where it is dark.
+fn reachable_of_file(path: &Path, found: &mut HashSet<ProgramFeatures>) -> Result<(), ImportError> {
+    let mut scene = raytree::import_unsimplified(path)?;
+    reachable(&scene, found);
+    raytree::simplify(&mut scene);
+    reachable(&scene, found);
+    if raytree::light_if_dark(&mut scene) {
+        reachable(&scene, found);
+    }
+    Ok(())
+}
+
+/// What is wrong with a program: it does not assemble or validate, or is not folded.
+fn program_fault(assembled: Result<Module, ProgramError>) -> Option<String> {
+    match assembled {
+        Err(error) => Some(error.to_string()),
+        Ok(module) if !module.overrides.is_empty() || constant_branches(&module) > 0 => {
+            Some("it is not folded".to_owned())
+        }
+        Ok(_) => None,
+    }
+}
+
+fn assert_all_assemble(found: &HashSet<ProgramFeatures>) {
+    let mut faults = Vec::new();
+    for &features in found {
+        for kernel in [Kernel::Render, Kernel::Aov] {
+            let fault = program_fault(assemble(kernel, features, Limits::for_depth(32)));
+            faults.extend(fault.map(|fault| format!("{kernel:?} {features:?}: {fault}")));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn every_combination_of_the_own_scenes_assembles() {
+    let mut found = HashSet::new();
+    for path in support::own_scenes() {
+        reachable_of_file(&path, &mut found).unwrap_or_else(|error| panic!("{error}"));
+    }
+    // Two models, with counters and without, and at least two scenes that differ.
+    assert!(found.len() > 8, "{} combinations", found.len());
+    assert_all_assemble(&found);
+}
+
+/// Of scenes that nobody here wrote.
+#[test]
+fn every_combination_of_the_corpus_assembles() {
+    let Some(folder) = support::shared("gltf") else {
+        return;
+    };
+    let mut scenes = Vec::new();
+    support::scenes_below(&folder, &mut scenes);
+    assert!(scenes.len() > 100, "{} scenes", scenes.len());
+    let (mut found, mut refused) = (HashSet::new(), Vec::new());
+    for path in &scenes {
+        if reachable_of_file(path, &mut found).is_err() {
+            refused.push(path);
+        }
+    }
+    // One requires what we do not support (tests/corpus.rs).
+    assert!(refused.len() <= 1, "{refused:?}");
+    assert!(found.len() > 40, "{} combinations", found.len());
+    assert_all_assemble(&found);
+}
+
+/// The check has to be able to fail: of a module as it is before it is specialised, and of one that is no module.
+#[test]
+fn a_program_that_is_not_folded_is_a_fault() {
+    let unfolded = source::parse(Limits::for_depth(32)).expect("the shaders parse");
+    assert!(program_fault(Ok(unfolded)).is_some());
+    let everything = ProgramFeatures::everything();
+    let none = Limits { traversal_stack: 0 };
+    assert!(program_fault(assemble(Kernel::Render, everything, none)).is_some());
+    let folded = program(Kernel::Render, everything);
+    assert_eq!(program_fault(Ok(folded)), None);
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use raytree::model::{Filter, Texture, Warning, Wrap};
 use raytree::{
     Cost, Feature, Preset, ProgramFeatures, RenderError, RenderSettings, Scene, SceneFeatures,
-    default_camera, default_size, light_if_dark,
+    default_camera, default_size, light_if_dark, simplify,
 };
 use serde_json::{Map, Value, json};
 
@@ -15,7 +15,8 @@ use crate::console::{print, print_json};
 use crate::describe;
 
 pub fn run(args: &InspectArgs) -> anyhow::Result<()> {
-    let scene = raytree::import(&args.scene)?;
+    // What the file says; the plan is made for what of it can show.
+    let scene = raytree::import_unsimplified(&args.scene)?;
     let plan = Plan::of(&scene);
     let file = args.scene.display().to_string();
     if args.json {
@@ -35,6 +36,7 @@ struct Plan {
 impl Plan {
     fn of(scene: &Scene) -> Self {
         let mut lit = scene.clone();
+        simplify(&mut lit);
         light_if_dark(&mut lit);
         let camera = default_camera(&lit);
         let (width, height) = default_size(&camera);

@@ -63,7 +63,7 @@ pieces! {
 }
 
 /// Calls `piece` once for each element of `calls`, with the buffers that a picture of `scene` with `settings` would have. The program
-/// has what such a picture's would have, and refraction always.
+/// has what such a picture's would have, and always refraction and textures, which a scene without triangles does not show.
 ///
 /// # Errors
 /// [`RenderError`].
@@ -79,6 +79,7 @@ pub fn evaluate(
         Feature::Reflection,
         Feature::Transmission,
         Feature::Solids,
+        Feature::Textures,
     ]
     .into_iter()
     .fold(

@@ -93,11 +93,11 @@ features! {
     Unlit "HAS_UNLIT" "unlit materials"
         "a material is unlit", "no material is unlit",
     Textures "HAS_TEXTURES" "textures"
-        "a material reads an image", "no material reads an image",
+        "a material reads an image that shows", "no material reads an image that shows",
     NormalMaps "HAS_NORMAL_MAPS" "normal maps"
         "a material has a normal map", "no material has a normal map that bends anything",
     VertexColors "HAS_VERTEX_COLORS" "vertex colours"
-        "the geometry has colours", "the geometry has no colours",
+        "vertices have colours that show", "vertices have no colours, or white ones",
     Branches "HAS_BRANCHES" "ray trees"
         "a hit can spawn rays", "no hit spawns rays",
     Reflection "HAS_REFLECTION" "reflected rays"
@@ -117,11 +117,11 @@ features! {
     TransparentShadows "HAS_TRANSPARENT_SHADOWS" "transparent shadows"
         "what blends, transmits or has holes may lie before a light", "nothing that lets light through lies before a light",
     Lights "HAS_LIGHTS" "punctual lights"
-        "there is a punctual light", "there is no punctual light",
+        "there is a punctual light", "there is no punctual light that shines",
     ManyLights "HAS_MANY_LIGHTS" "more than one light"
         "there is more than one light", "there is one light or none",
     Environment "HAS_ENVIRONMENT" "environment map"
-        "there is an environment map", "there is no environment map",
+        "there is an environment map", "there is no environment map, or a black one",
     Whitted "HAS_WHITTED" "the book's shading model"
         "--shading whitted", "--shading pbr",
     LongRays "HAS_LONG_RAYS" "rays that take several dispatches"
@@ -179,7 +179,7 @@ impl ProgramFeatures {
             .with(Feature::Priorities, solids && scene.priorities)
             .with(Feature::Contact, solids && scene.contact)
             .with(Feature::StraightOn, solids || transparent_shadows)
-            .with(Feature::Absorption, scene.absorption)
+            .with(Feature::Absorption, solids && scene.absorption)
             .with(Feature::TransparentShadows, transparent_shadows)
             .with(Feature::Lights, scene.lights > 0)
             .with(Feature::ManyLights, scene.lights > 1)

@@ -93,10 +93,14 @@ fn fold_module(module: &mut Module) {
     }
 }
 
-/// The block with each `if` on a constant replaced by the branch that is taken.
+/// The block with each `if` on a constant replaced by the branch that is taken, up to where it leaves the block: what
+/// comes after `if (HAS_X) { return .. }` is not reached.
 fn fold_block(block: Block, function: &Function, constants: &[Option<bool>]) -> Block {
     let mut folded = Block::with_capacity(block.len());
     for (mut statement, span) in block.span_into_iter() {
+        if folded.last().is_some_and(Statement::is_terminator) {
+            break;
+        }
         match &mut statement {
             Statement::If {
                 condition,

@@ -22,6 +22,7 @@
 
 use std::{
     ops::ControlFlow,
+    path::Path,
     time::{Duration, Instant},
 };
 
@@ -41,9 +42,10 @@ pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
     environment::{Environment, EnvironmentError, load_environment},
     features::SceneFeatures,
-    import::{ImportError, import},
+    import::{ImportError, import as import_unsimplified},
     model,
     model::{Background, Camera, Scene},
+    simplify::simplify,
     studio::add_studio,
 };
 
@@ -64,6 +66,17 @@ pub struct Rendering {
     pub times: RenderTimes,
     /// Dispatches that rendered.
     pub dispatches: u32,
+}
+
+/// Reads the default scene of a glTF file, `.gltf` or `.glb`, without what can't show ([`simplify`]): so it takes the smallest
+/// program and the fewest bytes. [`import_unsimplified`] is for who wants to see what the file says.
+///
+/// # Errors
+/// [`ImportError`].
+pub fn import(path: &Path) -> Result<Scene, ImportError> {
+    let mut scene = import_unsimplified(path)?;
+    simplify(&mut scene);
+    Ok(scene)
 }
 
 /// An observer that lets a render run to its end.

@@ -1,7 +1,13 @@
 //! What a scene contains, as far as it decides what the renderer has to be able to do.
 
+use glam::Vec3;
+
 use crate::contact;
-use crate::model::{AlphaMode, LightKind, Material, Projection, Scene};
+use crate::model::{AlphaMode, Background, LightKind, Material, Projection, Scene, Surroundings};
+use crate::shown::{
+    MaterialUse, bends_normals, colors_show, is_black, is_exactly_opaque, is_smoother_than,
+    material_uses, reads_images,
+};
 
 /// A surface rougher than this spawns no mirror ray under the `pbr` model (shaders/README.md, `smooth`).
 pub const ROUGHEST_MIRROR: f32 = 0.4;
@@ -11,26 +17,28 @@ const FEW_TRIANGLES: usize = 512;
 
 /// What the scene contains. A pure function of the scene: nothing here depends on settings or on the device.
 ///
-/// A feature that a material names but that can't show does not count: a transmission of 0, a normal map of scale 0.
+/// A feature that the scene names but that can't show does not count: a transmission of 0, an image that is multiplied by 0, a
+/// material that no triangle has, vertex colours that are white, a light without intensity. Leaving it out changes no bit of the
+/// picture. [`crate::simplify`] takes more out of a scene than can be told from here.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneFeatures {
     /// Some material is single-sided and opaque.
     pub culling: bool,
-    /// Some material cuts holes by alpha.
+    /// Some material cuts holes by alpha: somewhere it is below the cutoff.
     pub mask: bool,
-    /// Some material blends by alpha.
+    /// Some material blends by alpha, somewhere less than 1.
     pub blend: bool,
     /// Some material is unlit.
     pub unlit: bool,
-    /// Some material samples an image.
+    /// Some material samples an image that shows.
     pub textures: bool,
     /// Some material bends its shading normal by a map.
     pub normal_maps: bool,
-    /// The mesh carries colours.
+    /// Vertices carry colours that make a difference.
     pub vertex_colors: bool,
     /// Under the `pbr` model some surface is smooth enough to spawn reflected rays.
     pub mirrors: bool,
-    /// Some material transmits light.
+    /// Some material transmits light, or bounds a solid by which light goes on.
     pub transmission: bool,
     /// .. and bounds a solid.
     pub solids: bool,
@@ -44,11 +52,11 @@ pub struct SceneFeatures {
     pub whitted_transmission: bool,
     /// There is enough for a single ray to keep a device busy for long.
     pub many_triangles: bool,
-    /// Punctual lights.
+    /// Punctual lights that have to be looked at; 0 if none shines.
     pub lights: usize,
-    /// Some light is a spot.
+    /// Some light that shines is a spot.
     pub spots: bool,
-    /// An environment map.
+    /// An environment map that is not black, or that hides a background which is not.
     pub environment: bool,
     /// A camera of the file is orthographic.
     pub orthographic: bool,
@@ -58,41 +66,74 @@ impl SceneFeatures {
     /// Looks through the scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
-        let any = |test: fn(&Material) -> bool| scene.materials.iter().any(test);
+        let uses = material_uses(scene);
+        let used = || {
+            let all = scene.materials.iter().zip(uses.iter().copied());
+            all.filter(|(_, used)| used.used)
+        };
+        let any = |test: &dyn Fn(&Material) -> bool| used().any(|(material, _)| test(material));
+        let shows = |test: fn(&Scene, &Material, MaterialUse) -> bool| {
+            used().any(|(material, used)| test(scene, material, used))
+        };
+        let solids = any(&|m| transmits(m) && m.volume.is_some());
         Self {
-            culling: any(|m| !m.double_sided && !transmits(m)),
-            mask: any(|m| matches!(m.alpha_mode, AlphaMode::Mask { .. })),
-            blend: any(|m| m.alpha_mode == AlphaMode::Blend),
-            unlit: any(|m| m.unlit),
-            textures: any(|m| m.texture_refs().next().is_some()),
-            normal_maps: any(has_normal_map) && !scene.geometry.tangents.is_empty(),
-            vertex_colors: !scene.geometry.colors.is_empty(),
-            mirrors: any(reflects_sharply),
-            transmission: any(transmits),
-            solids: any(|m| transmits(m) && m.volume.is_some()),
-            absorption: any(|m| transmits(m) && absorbs(m)),
+            culling: any(&|m| !m.double_sided && !transmits(m)),
+            mask: shows(cuts_holes),
+            blend: shows(blends),
+            unlit: any(&|m| m.unlit),
+            textures: any(&|m| reads_images(scene, m)),
+            normal_maps: any(&|m| bends_normals(scene, m)) && !scene.geometry.tangents.is_empty(),
+            vertex_colors: shows(|_, material, used| colors_show(material, used)),
+            mirrors: any(&|m| reflects_sharply(scene, m)),
+            // Light has to get through to where solids hide behind others, whatever their colour.
+            transmission: solids || any(&|m| transmits(m) && !is_black(m)),
+            solids,
+            absorption: any(&|m| may_bound_solid(m) && absorbs(m)),
             priorities: differs(
-                scene
-                    .materials
-                    .iter()
-                    .filter(|m| may_bound_solid(m))
-                    .map(|m| m.priority),
+                used()
+                    .filter(|(m, _)| may_bound_solid(m))
+                    .map(|(m, _)| m.priority),
             ),
             contact: contact::exists(scene),
-            whitted_transmission: any(whitted_transmits),
+            whitted_transmission: any(&whitted_transmits),
             many_triangles: scene.geometry.triangles.len() > FEW_TRIANGLES,
-            lights: scene.lights.len(),
+            lights: lights_to_look_at(scene),
             spots: scene
                 .lights
                 .iter()
-                .any(|light| matches!(light.kind, LightKind::Spot { .. })),
-            environment: scene.surroundings.environment.is_some(),
+                .any(|light| light.shines() && matches!(light.kind, LightKind::Spot { .. })),
+            environment: has_environment(&scene.surroundings),
             orthographic: scene
                 .cameras
                 .iter()
                 .any(|camera| matches!(camera.projection, Projection::Orthographic { .. })),
         }
     }
+}
+
+/// All or none: a ray that passes by many dark lights to a bright one takes as long as if they shone.
+fn lights_to_look_at(scene: &Scene) -> usize {
+    if scene.lights.iter().any(|light| light.shines()) {
+        scene.lights.len()
+    } else {
+        0
+    }
+}
+
+/// A black environment lights nothing, but reflected rays see it rather than a background colour.
+fn has_environment(surroundings: &Surroundings) -> bool {
+    let hides = matches!(surroundings.background, Background::Color(color) if color != Vec3::ZERO);
+    let environment = surroundings.environment.as_ref();
+    environment.is_some_and(|environment| hides || !environment.is_black())
+}
+
+fn cuts_holes(scene: &Scene, material: &Material, used: MaterialUse) -> bool {
+    matches!(material.alpha_mode, AlphaMode::Mask { .. })
+        && !is_exactly_opaque(scene, material, used)
+}
+
+fn blends(scene: &Scene, material: &Material, used: MaterialUse) -> bool {
+    material.alpha_mode == AlphaMode::Blend && !is_exactly_opaque(scene, material, used)
 }
 
 /// The material bounds a solid, under one of the shading models at least.
@@ -122,23 +163,22 @@ pub fn whitted_transmits(material: &Material) -> bool {
     kt.is_some_and(|kt| kt.max_element() > 0.0) && !material.unlit
 }
 
-fn has_normal_map(material: &Material) -> bool {
-    material.normal_texture.is_some() && material.normal_scale != 0.0
-}
-
 fn absorbs(material: &Material) -> bool {
     material.volume.is_some_and(|v| {
         v.attenuation_distance.is_finite() && v.attenuation_color.min_element() < 1.0
     })
 }
 
-fn reflects_sharply(material: &Material) -> bool {
-    // A texture can only lower the roughness, so with one any factor may come out smooth.
-    let smooth =
-        material.roughness < ROUGHEST_MIRROR || material.metallic_roughness_texture.is_some();
+fn reflects_sharply(scene: &Scene, material: &Material) -> bool {
     let metal = material.metallic > 0.0;
     let shiny = material.specular > 0.0 && material.ior != 1.0;
     // Total internal reflection reflects whatever the specular factor says.
     let inside = transmits(material) && material.volume.is_some();
-    smooth && !material.unlit && (metal || shiny || inside)
+    !material.unlit
+        && (metal || shiny || inside)
+        && is_smoother_than(scene, material, ROUGHEST_MIRROR)
 }
+
+#[cfg(test)]
+#[path = "features_tests.rs"]
+mod tests;

@@ -7,4 +7,8 @@ pub mod features;
 pub mod import;
 pub mod model;
 pub mod place;
+mod shown;
+pub mod simplify;
 pub mod studio;
+#[cfg(test)]
+mod test_scenes;

@@ -274,20 +274,42 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Which of [`Self::texture_slots`] is the normal map's.
+    pub(crate) const NORMAL_SLOT: usize = 2;
+
     /// Every texture that the material reads.
     pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
+        self.texture_slots().into_iter().flatten()
+    }
+
+    /// The textures by what they are for: base colour, metallic-roughness, normal, occlusion, emission, transmission, specular,
+    /// specular colour.
+    #[must_use]
+    pub fn texture_slots(&self) -> [Option<&TextureRef>; 8] {
         [
-            &self.base_color_texture,
-            &self.metallic_roughness_texture,
-            &self.normal_texture,
-            &self.occlusion_texture,
-            &self.emissive_texture,
-            &self.transmission_texture,
-            &self.specular_texture,
-            &self.specular_color_texture,
+            self.base_color_texture.as_ref(),
+            self.metallic_roughness_texture.as_ref(),
+            self.normal_texture.as_ref(),
+            self.occlusion_texture.as_ref(),
+            self.emissive_texture.as_ref(),
+            self.transmission_texture.as_ref(),
+            self.specular_texture.as_ref(),
+            self.specular_color_texture.as_ref(),
         ]
-        .into_iter()
-        .flatten()
+    }
+
+    /// As [`Self::texture_slots`].
+    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 8] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.normal_texture,
+            &mut self.occlusion_texture,
+            &mut self.emissive_texture,
+            &mut self.transmission_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+        ]
     }
 }
 
@@ -373,6 +395,14 @@ pub struct Light {
     /// Colour times intensity. Directional: irradiance (W/m^2, glTF's lux). Point and spot: W/sr (glTF's candela) times
     /// `frame.scale` squared, so that intensity over squared distance, both in scene space, is the irradiance.
     pub intensity: DVec3,
+}
+
+impl Light {
+    /// It is not dark.
+    #[must_use]
+    pub fn shines(&self) -> bool {
+        self.intensity.max_element() > 0.0
+    }
 }
 
 /// The kinds of KHR_lights_punctual. Scene space throughout.

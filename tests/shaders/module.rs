@@ -2,7 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use naga::{Block, Expression, Function, Handle, Literal, Module, Statement};
+use naga::{
+    BinaryOperator, Block, Expression, Function, Handle, Literal, Module, Statement, Type,
+    TypeInner, valid::FunctionInfo,
+};
+use raytree_gpu::specialise::validate;
 
 /// Every statement of a block, inner blocks included.
 pub fn walk(block: &Block, visit: &mut dyn FnMut(&Statement)) {
@@ -136,5 +140,115 @@ pub fn constant(module: &Module, name: &str) -> u32 {
         Expression::Literal(Literal::U32(value)) => value,
         Expression::Literal(Literal::F32(value)) => value.to_bits(),
         ref other => panic!("{name} is no number: {other:?}"),
+    }
+}
+
+/// What a program is made of, as text:
+/// - `name`: a function or a global variable, bindings included;
+/// - `Struct.member`: read or written somewhere. (A struct keeps its members where nothing reads them: its layout is the host's.)
+/// - `caller -> callee`: a call;
+/// - `& 0x4`, and `Struct.member & 0x4` where that is what it is taken of: a test of bits;
+/// - `function: Normalize`: a builtin, by naga's name.
+pub fn parts(module: &Module) -> BTreeSet<String> {
+    let info = validate(module).expect("it was validated when it was assembled");
+    let mut found = names(module);
+    let called = module
+        .functions
+        .iter()
+        .map(|(handle, function)| (function, &info[handle]));
+    let entries = module
+        .entry_points
+        .iter()
+        .enumerate()
+        .map(|(index, entry)| (&entry.function, info.get_entry_point(index)));
+    for (function, info) in called.chain(entries) {
+        let name = function.name.as_deref().unwrap_or_default();
+        let body = Body {
+            module,
+            function,
+            info,
+        };
+        walk(&function.body, &mut |statement| {
+            if let Statement::Call { function, .. } = statement {
+                let callee = module.functions[*function].name.as_deref();
+                found.insert(format!("{name} -> {}", callee.unwrap_or_default()));
+            }
+        });
+        for (handle, expression) in function.expressions.iter() {
+            found.extend(body.member(handle));
+            match *expression {
+                Expression::Math { fun, .. } => {
+                    found.insert(format!("{name}: {fun:?}"));
+                }
+                Expression::Binary {
+                    op: BinaryOperator::And,
+                    left,
+                    right,
+                } => found.extend(body.test_of_bits(left, right)),
+                _ => {}
+            }
+        }
+    }
+    found
+}
+
+/// A function with the types of its expressions.
+struct Body<'a> {
+    module: &'a Module,
+    function: &'a Function,
+    info: &'a FunctionInfo,
+}
+
+impl Body<'_> {
+    /// `Struct.member`, if that is what the expression is, or what it is loaded from.
+    fn member(&self, handle: Handle<Expression>) -> Option<String> {
+        match self.function.expressions[handle] {
+            Expression::Load { pointer } => self.member(pointer),
+            Expression::AccessIndex { base, index } => {
+                let container = self.info[base].ty.inner_with(&self.module.types);
+                member(self.module, container, index)
+            }
+            _ => None,
+        }
+    }
+
+    fn test_of_bits(&self, left: Handle<Expression>, right: Handle<Expression>) -> Vec<String> {
+        let literal = match self.function.expressions[right] {
+            Expression::Constant(constant) => {
+                let init = self.module.constants[constant].init;
+                &self.module.global_expressions[init]
+            }
+            ref other => other,
+        };
+        let Expression::Literal(Literal::U32(bits)) = *literal else {
+            return Vec::new();
+        };
+        let test = format!("& {bits:#x}");
+        let of_member = self.member(left).map(|member| format!("{member} {test}"));
+        of_member.into_iter().chain([test]).collect()
+    }
+}
+
+/// The member of a struct, or of what a pointer to a struct points to.
+fn member(module: &Module, container: &TypeInner, index: u32) -> Option<String> {
+    let named = |handle: Handle<Type>| {
+        let found = &module.types[handle];
+        match &found.inner {
+            TypeInner::Struct { members, .. } => {
+                let member = members[index as usize].name.as_ref()?;
+                Some(format!("{}.{member}", found.name.as_ref()?))
+            }
+            _ => None,
+        }
+    };
+    match container {
+        TypeInner::Pointer { base, .. } => named(*base),
+        // A value: the type of this shape, which has one name only.
+        TypeInner::Struct { .. } => module
+            .types
+            .iter()
+            .find(|(_, candidate)| candidate.inner == *container)
+            .and_then(|(handle, _)| named(handle)),
+        _ => None,
     }
 }

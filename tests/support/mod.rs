@@ -71,6 +71,25 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     None
 }
 
+/// Every scene file in a folder and in those in it, in the order of their names.
+pub fn scenes_below(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            scenes_below(&path, found);
+        } else if path
+            .extension()
+            .is_some_and(|ending| ending == "gltf" || ending == "glb")
+        {
+            found.push(path);
+        }
+    }
+}
+
 /// Our own scenes, in the order of their names.
 pub fn own_scenes() -> Vec<PathBuf> {
     let mut scenes: Vec<PathBuf> = fs::read_dir(root().join("assets"))

@@ -28,7 +28,7 @@ const ALWAYS_ALLOWED_TEXELS: u64 = 1 << 21;
 const LARGEST_HALF: f32 = 65504.0;
 
 /// More than anything shines, and little enough that averages of it stay finite.
-const LARGEST_RADIANCE: f32 = 1e30;
+pub(crate) const LARGEST_RADIANCE: f32 = 1e30;
 
 /// An environment map read from a file.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,6 +8,7 @@ mod lookup;
 mod prefilter;
 mod resample;
 
+pub(crate) use load::LARGEST_RADIANCE;
 pub use load::{EnvironmentError, EnvironmentProblem, LoadedMap, MAX_SIDE, load_environment};
 
 /// An equirectangular (latitude-longitude) map of radiance, linear RGB, rows from +Y (top) to -Y.
@@ -56,5 +57,14 @@ impl Environment {
             radiance,
             rotation,
         }
+    }
+
+    /// No light comes from anywhere.
+    #[must_use]
+    pub fn is_black(&self) -> bool {
+        let maps = [&self.radiance, &self.irradiance];
+        maps.into_iter()
+            .chain(&self.rough)
+            .all(|map| map.texels.as_flattened().iter().all(|&value| value == 0.0))
     }
 }

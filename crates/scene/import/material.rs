@@ -42,25 +42,11 @@ pub(super) fn load(
         );
         return Err(Fault::limit("materials", problem));
     }
-    for texture in materials.iter_mut().flat_map(texture_refs_mut) {
+    let slots = materials.iter_mut().flat_map(Material::texture_slots_mut);
+    for texture in slots.flatten() {
         texture.uv_set = uv_sets.partition_point(|&set| set < texture.uv_set) as u32;
     }
     Ok((materials, uv_sets))
-}
-
-fn texture_refs_mut(material: &mut Material) -> impl Iterator<Item = &mut TextureRef> {
-    [
-        &mut material.base_color_texture,
-        &mut material.metallic_roughness_texture,
-        &mut material.normal_texture,
-        &mut material.occlusion_texture,
-        &mut material.emissive_texture,
-        &mut material.transmission_texture,
-        &mut material.specular_texture,
-        &mut material.specular_color_texture,
-    ]
-    .into_iter()
-    .flatten()
 }
 
 /// Reads one material.
