@@ -62,17 +62,18 @@ fn without_device(criterion: &mut Criterion, subjects: &[Subject]) {
         let mut programs = Vec::new();
         group.bench_function(format!("assemble/{}", subject.name), |bencher| {
             bencher.iter(|| {
-                programs = vec![
-                    assemble(Kernel::Render, features, limits)
-                        .unwrap_or_else(|error| panic!("{error}")),
-                ]
+                programs = Kernel::PICTURE
+                    .map(|kernel| {
+                        assemble(kernel, features, limits).unwrap_or_else(|error| panic!("{error}"))
+                    })
+                    .to_vec();
             });
         });
-        for module in &programs {
-            let bindings = bindings_of(module);
+        if !programs.is_empty() {
+            let bindings: Vec<_> = programs.iter().flat_map(bindings_of).collect();
             let has = |name: &str| bindings.iter().any(|binding| binding.name == name);
             assert!(
-                has("frame") && has("slots") && has("lights"),
+                has("frame") && has("state") && has("lights"),
                 "{bindings:?}"
             );
             let textured = features.has(Feature::Textures);

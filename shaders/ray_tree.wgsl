@@ -451,6 +451,11 @@ fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
     return false;
 }
 
+// What lies below the item that was taken from the stack.
+fn item_below(slot: u32, index: u32) -> WorkItem {
+    return item_of(load_state(STACK_PLANE, slot, index, pending - 1u).item);
+}
+
 // Goes on with a slot whose ray on top of the stack was traced. The result: its entry in the list of those with a ray to trace.
 fn advance(entry: u32, index: u32) -> u32 {
     let slot = entry_slot(entry);
@@ -484,7 +489,7 @@ fn advance(entry: u32, index: u32) -> u32 {
     if (HAS_MANY_LIGHTS) {
         // The lights that a surface has left need no ray of their own.
         if (!meets && pending > 0u) {
-            let below = item_of(load_state(STACK_PLANE, slot, index, pending - 1u).item);
+            let below = item_below(slot, index);
             if (below.kind == LIGHTS) {
                 item = below;
                 hit = below.hit;

@@ -266,7 +266,9 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     surface.material = index;
     surface.flags = material.flags;
     surface.ior = material.ior;
-    surface.medium = material.medium;
+    if (HAS_SOLIDS) {
+        surface.medium = material.medium;
+    }
     surface.wo = -direction;
 
     let positions = leaf_positions(hit.leaf);

@@ -49,33 +49,41 @@ fn material_word(material: u32, word: u32) -> vec4u {
     return textureLoad(materials, table_place(material * MATERIAL_WORDS + word));
 }
 
-// What is not used of it is not read.
+// What is not used of it is not read, and what the scene has not is not there.
 fn load_material(material: u32) -> Material {
     let emissive = bitcast<vec4f>(material_word(material, 1u));
     let specular = bitcast<vec4f>(material_word(material, 2u));
     let lobe = bitcast<vec4f>(material_word(material, 3u));
     let rest = material_word(material, 4u);
-    let book_s = bitcast<vec4f>(material_word(material, 5u));
-    let book_t = bitcast<vec4f>(material_word(material, 6u));
     var loaded: Material;
     loaded.base_color = bitcast<vec4f>(material_word(material, 0u));
     loaded.emissive = emissive.xyz;
-    loaded.alpha_cutoff = emissive.w;
+    if (HAS_MASK) {
+        loaded.alpha_cutoff = emissive.w;
+    }
     loaded.specular_color = specular.xyz;
     loaded.specular = specular.w;
     loaded.metallic = lobe.x;
     loaded.roughness = lobe.y;
     loaded.transmission = lobe.z;
     loaded.ior = lobe.w;
-    loaded.normal_scale = bitcast<f32>(rest.x);
+    if (HAS_NORMAL_MAPS) {
+        loaded.normal_scale = bitcast<f32>(rest.x);
+    }
     loaded.occlusion_strength = bitcast<f32>(rest.y);
     loaded.flags = rest.z;
-    loaded.medium = rest.w;
-    loaded.whitted_ks = book_s.xyz;
-    loaded.whitted_n = book_s.w;
-    loaded.whitted_kt = book_t.xyz;
-    loaded.whitted_ka = book_t.w;
-    loaded.whitted_kd = bitcast<f32>(material_word(material, 7u).x);
+    if (HAS_SOLIDS) {
+        loaded.medium = rest.w;
+    }
+    if (HAS_WHITTED) {
+        let book_s = bitcast<vec4f>(material_word(material, 5u));
+        let book_t = bitcast<vec4f>(material_word(material, 6u));
+        loaded.whitted_ks = book_s.xyz;
+        loaded.whitted_n = book_s.w;
+        loaded.whitted_kt = book_t.xyz;
+        loaded.whitted_ka = book_t.w;
+        loaded.whitted_kd = bitcast<f32>(material_word(material, 7u).x);
+    }
     return loaded;
 }
 

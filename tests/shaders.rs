@@ -36,14 +36,18 @@ use module::{call_sites, constant_branches, copies, names, parts, size};
 /// Every entry point.
 fn kernels() -> impl Iterator<Item = Kernel> {
     let pieces = Piece::ALL.iter().map(|&piece| Kernel::Piece(piece));
-    [
-        Kernel::Render,
-        Kernel::Aov,
-        Kernel::Probe,
-        Kernel::Secondary,
-    ]
-    .into_iter()
-    .chain(pieces)
+    Kernel::PICTURE
+        .into_iter()
+        .chain([Kernel::Aov, Kernel::Probe, Kernel::Secondary])
+        .chain(pieces)
+}
+
+/// The programs that a picture takes, what `of` says of each put together.
+fn of_picture<T: Ord>(features: ProgramFeatures, of: fn(&Module) -> BTreeSet<T>) -> BTreeSet<T> {
+    Kernel::PICTURE
+        .iter()
+        .flat_map(|&kernel| of(&program(kernel, features)))
+        .collect()
 }
 
 fn program(kernel: Kernel, features: ProgramFeatures) -> Module {
@@ -232,7 +236,7 @@ fn each_feature_is_in_the_program_of_a_scene_that_needs_it() {
         let pair = cases::pair(feature);
         let has = [0, 1].map(|k| pair[k].features().has(feature));
         assert_eq!(has, [false, true], "{feature:?} of the scenes");
-        let [without, with] = pair.map(|case| parts(&case.program()));
+        let [without, with] = pair.map(|case| of_picture(case.features(), parts));
         faults.extend(mark_faults(marks, &without, &with));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
@@ -242,7 +246,8 @@ fn each_feature_is_in_the_program_of_a_scene_that_needs_it() {
 #[test]
 fn a_wrong_mark_is_noticed() {
     for marks in MARKS {
-        let [without, with] = cases::pair(marks.feature).map(|case| parts(&case.program()));
+        let [without, with] =
+            cases::pair(marks.feature).map(|case| of_picture(case.features(), parts));
         for wrong in ["trace", "no_such_function", "Frame.no_such_member"] {
             let listed: &'static [&'static str] = match wrong {
                 "trace" => &["trace"],
@@ -279,14 +284,14 @@ fn solids_of_the_book_absorb() {
         assert!(!pbr.features().has(feature), "{feature:?}");
         assert!(book.features().has(feature), "{feature:?}");
     }
-    assert!(names(&book.program()).contains("medium_transmittance"));
+    assert!(of_picture(book.features(), names).contains("medium_transmittance"));
 }
 
 #[test]
 fn what_features_share_is_gone_without_all_of_them() {
-    let everything = names(&program(Kernel::Render, ProgramFeatures::everything()));
+    let everything = of_picture(ProgramFeatures::everything(), names);
     for (features, gone) in SHARED {
-        let without = names(&program(Kernel::Render, everything_but(features)));
+        let without = of_picture(everything_but(features), names);
         for name in *gone {
             assert!(
                 everything.contains(*name),
@@ -330,7 +335,7 @@ fn parts_are_what_the_source_says() {
 
 #[test]
 fn a_program_has_one_shading_model() {
-    let has = |features, name: &str| names(&program(Kernel::Render, features)).contains(name);
+    let has = |features, name: &str| of_picture(features, names).contains(name);
     for (features, present, absent) in [
         (everything_but(&[]), "whitted", "pbr"),
         (everything_but(&[Feature::Whitted]), "pbr", "whitted"),
@@ -348,7 +353,7 @@ fn pictures_have_no_tolerance() {
     let scene = Scene::default();
     let settings = RenderSettings::new(8, 8, raytree::default_camera(&scene));
     let own = ProgramFeatures::of(&SceneFeatures::of(&scene), &settings);
-    let names = names(&program(Kernel::Render, own));
+    let names = of_picture(own, names);
     assert!(names.contains("intersect_triangle") && names.contains("point_at"));
     assert!(!names.contains("moeller_trumbore"));
     let book = RenderSettings {
@@ -374,12 +379,18 @@ fn every_feature_costs_code() {
     const REPLACE_OTHERS: [Feature; 3] =
         [Feature::Orthographic, Feature::Whitted, Feature::Watertight];
     let everything = everything_but(&[Feature::Whitted]);
-    let whole = size(&program(Kernel::Render, everything));
+    let size_of = |features| -> usize {
+        let kernels = Kernel::PICTURE.iter();
+        kernels
+            .map(|&kernel| size(&program(kernel, features)))
+            .sum()
+    };
+    let whole = size_of(everything);
     for &feature in Feature::ALL
         .iter()
         .filter(|feature| !REPLACE_OTHERS.contains(feature))
     {
-        let without = size(&program(Kernel::Render, everything.with(feature, false)));
+        let without = size_of(everything.with(feature, false));
         assert!(without < whole, "{feature:?}: {without} of {whole}");
     }
 }
@@ -404,22 +415,38 @@ fn the_least_programs_bind_the_least() {
         "aovs",
     ];
     assert_eq!(aov, [traversal.as_slice(), &layers].concat());
-    let render = bindings(&program(Kernel::Render, nothing));
-    let work = ["samples", "slots", "ray_stack", "counters"];
-    assert_eq!(render, [traversal.as_slice(), &surface, &work].concat());
+    let camera = bindings(&program(Kernel::CameraRays, nothing));
+    assert_eq!(
+        camera,
+        ["frame", "samples", "state", "list_out", "queue_out"]
+    );
+    let traced = bindings(&program(Kernel::TraceRays, nothing));
+    let lists = ["list_in", "queue_in"];
+    assert_eq!(
+        traced,
+        [traversal.as_slice(), &["state", "counters"], &lists].concat()
+    );
+    let shaded = bindings(&program(Kernel::ShadeHits, nothing));
+    let tables = ["frame", "leaf_vertices", "leaf_triangles"];
+    let lists = ["state", "list_in", "queue_in", "list_out", "queue_out"];
+    assert_eq!(shaded, [tables.as_slice(), &surface, &lists].concat());
 }
 
-/// Devices are asked for 10 storage buffers (`crates/gpu/device.rs`).
+/// Devices are asked for 10 storage buffers and 10 tables (`crates/gpu/device.rs`).
 #[test]
 fn the_largest_program_can_be_bound() {
     for kernel in kernels() {
         let module = program(kernel, ProgramFeatures::everything());
-        let bound = module
-            .global_variables
-            .iter()
-            .filter(|(_, variable)| matches!(variable.space, naga::AddressSpace::Storage { .. }))
-            .count();
-        assert!(bound <= 10, "{kernel:?} binds {bound} storage buffers");
+        let bound = |which: fn(naga::AddressSpace) -> bool| {
+            let variables = module.global_variables.iter();
+            variables
+                .filter(|(_, variable)| which(variable.space))
+                .count()
+        };
+        let buffers = bound(|space| matches!(space, naga::AddressSpace::Storage { .. }));
+        assert!(buffers <= 10, "{kernel:?} binds {buffers} storage buffers");
+        let tables = bound(|space| space == naga::AddressSpace::Handle);
+        assert!(tables <= 10, "{kernel:?} binds {tables} tables");
     }
 }
 
@@ -427,13 +454,21 @@ fn the_largest_program_can_be_bound() {
 #[test]
 fn large_functions_are_there_once() {
     for features in [everything_but(&[]), everything_but(&[Feature::Whitted])] {
-        for kernel in [Kernel::Render, Kernel::Aov, Kernel::Secondary] {
+        for kernel in [Kernel::TraceRays, Kernel::Aov, Kernel::Secondary] {
+            assert_eq!(
+                copies(&program(kernel, features), "trace"),
+                Some(1),
+                "{kernel:?}"
+            );
+        }
+        for kernel in [Kernel::ShadeHits, Kernel::Aov, Kernel::Secondary] {
             let module = program(kernel, features);
-            for name in ["trace", "surface_at", "sample_texture"] {
+            for name in ["surface_at", "sample_texture"] {
                 assert_eq!(copies(&module, name), Some(1), "{kernel:?} {name}");
             }
         }
-        let render = program(Kernel::Render, features);
+        let shaded = program(Kernel::ShadeHits, features);
+        assert_eq!(copies(&shaded, "trace"), None);
         for name in [
             "shade",
             "crossing_at",
@@ -442,9 +477,10 @@ fn large_functions_are_there_once() {
             "interface_at",
             "next_shadow_ray",
             "straight_on",
-            "load_item",
+            "spawn",
+            "store_item",
         ] {
-            assert_eq!(copies(&render, name), Some(1), "{name}");
+            assert_eq!(copies(&shaded, name), Some(1), "{name}");
         }
     }
 }
@@ -474,10 +510,10 @@ fn scenes_get_the_program_that_they_need() {
     let of = |scene: &Scene, shading| {
         let mut settings = RenderSettings::new(8, 8, raytree::default_camera(scene));
         settings.shading = shading;
-        names(&program(
-            Kernel::Render,
+        of_picture(
             ProgramFeatures::of(&SceneFeatures::of(scene), &settings),
-        ))
+            names,
+        )
     };
     let own = |name: &str| support::import(&support::root().join("assets").join(name));
     let unneeded = |found: &BTreeSet<String>, absent: &[&str]| {
@@ -562,7 +598,7 @@ fn program_fault(assembled: Result<Module, ProgramError>) -> Option<String> {
 fn assert_all_assemble(found: &HashSet<ProgramFeatures>) {
     let mut faults = Vec::new();
     for &features in found {
-        for kernel in [Kernel::Render, Kernel::Aov] {
+        for kernel in Kernel::PICTURE.into_iter().chain([Kernel::Aov]) {
             let fault = program_fault(assemble(kernel, features, Limits::for_depth(32)));
             faults.extend(fault.map(|fault| format!("{kernel:?} {features:?}: {fault}")));
         }
@@ -609,7 +645,7 @@ fn a_program_that_is_not_folded_is_a_fault() {
     assert!(program_fault(Ok(unfolded)).is_some());
     let everything = ProgramFeatures::everything();
     let none = Limits { traversal_stack: 0 };
-    assert!(program_fault(assemble(Kernel::Render, everything, none)).is_some());
-    let folded = program(Kernel::Render, everything);
+    assert!(program_fault(assemble(Kernel::TraceRays, everything, none)).is_some());
+    let folded = program(Kernel::ShadeHits, everything);
     assert_eq!(program_fault(Ok(folded)), None);
 }

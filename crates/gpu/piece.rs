@@ -62,6 +62,25 @@ pieces! {
     Record "piece_record",
 }
 
+/// A picture's own and a little more; all that there are where whole entries of tables are read.
+fn features_of(piece: Piece, scene: &Scene, settings: &RenderSettings) -> ProgramFeatures {
+    if piece == Piece::Record {
+        return ProgramFeatures::everything();
+    }
+    [
+        Feature::Branches,
+        Feature::Reflection,
+        Feature::Transmission,
+        Feature::Solids,
+        Feature::Textures,
+    ]
+    .into_iter()
+    .fold(
+        ProgramFeatures::of(&SceneFeatures::of(scene), settings),
+        |set, feature| set.with(feature, true),
+    )
+}
+
 /// Calls `piece` once for each element of `calls`, with the buffers that a picture of `scene` with `settings` would have. The program
 /// has what such a picture's would have, and always refraction and textures, which a scene without triangles does not show.
 ///
@@ -74,18 +93,7 @@ pub fn evaluate(
     settings: &RenderSettings,
     calls: &[PieceCall],
 ) -> Result<Vec<PieceResult>, RenderError> {
-    let features = [
-        Feature::Branches,
-        Feature::Reflection,
-        Feature::Transmission,
-        Feature::Solids,
-        Feature::Textures,
-    ]
-    .into_iter()
-    .fold(
-        ProgramFeatures::of(&SceneFeatures::of(scene), settings),
-        |set, feature| set.with(feature, true),
-    );
+    let features = features_of(piece, scene, settings);
     let bvh = build_bvh(scene, raytree_bvh::Preset::default())?;
     let gpu_scene = GpuScene::new(scene, &bvh, features, settings.shading)?;
     let work = Work {

@@ -30,6 +30,10 @@ fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
         }
     }
     let hit = trace(ray.origin, ray.direction, ray.t_min, ray.after, ray.t_max, ray.kind == SHADOW);
-    store_hit(index, hit, suspended);
+    var unfinished = false;
+    if (HAS_LONG_RAYS) {
+        unfinished = suspended;
+    }
+    store_hit(index, hit, unfinished);
     add_up_counters();
 }

@@ -3,7 +3,7 @@
 use bytemuck::{NoUninit, cast_slice};
 use glam::{DVec3, Vec3, Vec4};
 use raytree::{
-    ProgramFeatures, RenderSettings, Scene, SceneFeatures,
+    ProgramFeatures, RenderSettings, Scene,
     model::{
         Filter, Image, Light, LightKind, Material, Texture, TextureRef, Volume,
         WhittedCoefficients, Wrap,
@@ -117,7 +117,7 @@ fn entries_are_read_as_they_were_written() {
     };
     let scene = scene();
     let settings = RenderSettings::new(1, 1, raytree::default_camera(&scene));
-    let features = ProgramFeatures::of(&SceneFeatures::of(&scene), &settings);
+    let features = ProgramFeatures::everything();
     let bvh = raytree::build_bvh(&scene, raytree::Preset::default()).expect("no triangles");
     let gpu = GpuScene::new(&scene, &bvh, features, settings.shading).expect("few media");
     let tables = [

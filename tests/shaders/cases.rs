@@ -1,7 +1,6 @@
 //! For each feature, what to render without it and what to render with it, alike but for that as far as can be.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use naga::Module;
 use raytree::{
     Camera, Feature, Numerics, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading,
     model::{
@@ -9,7 +8,6 @@ use raytree::{
         WhittedCoefficients, Wrap,
     },
 };
-use raytree_gpu::Kernel;
 use raytree_scene::environment::EquirectMap;
 use raytree_stress::scenes::{Build, clear_glass, matte, parallel, pinhole, unfiltered};
 
@@ -23,10 +21,6 @@ impl Case {
     /// A scene's own program.
     pub fn features(&self) -> ProgramFeatures {
         ProgramFeatures::of(&SceneFeatures::of(&self.scene), &self.settings)
-    }
-
-    pub fn program(&self) -> Module {
-        super::program(Kernel::Render, self.features())
     }
 }
 

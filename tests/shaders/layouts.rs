@@ -52,7 +52,7 @@ fn on_host() -> Vec<Layout> {
     layouts! {
         EnvironmentLevel { offset width height unused }
         Frame {
-            ray_start sample_count camera_right max_depth camera_up light_count camera_forward min_weight
+            ray_start sample camera_right max_depth camera_up light_count camera_forward min_weight
             start_right start_t start_up start_depth ambient
             triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
@@ -112,6 +112,7 @@ fn scalar_of(module: &Module, inner: &TypeInner) -> &'static str {
             ScalarKind::Float => "f32",
             other => panic!("{other:?} is not shared with the host"),
         },
+        TypeInner::Atomic(_) => "u32",
         TypeInner::Array { base, .. } => scalar_of(module, &module.types[*base].inner),
         _ => "",
     }

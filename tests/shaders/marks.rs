@@ -52,8 +52,10 @@ pub const MARKS: &[Marks] = &[
             "texels",
             "texture_place",
             "uv_at",
-            "Frame.uv_offset",
-            "Material.textures",
+            "Frame.uv_word",
+            "Frame.texture_kinds",
+            "texture_uses",
+            "decoded_srgb",
             "TextureUse.offset",
             "TextureUse.row_u",
             "TextureUse.uv_set",
@@ -63,13 +65,13 @@ pub const MARKS: &[Marks] = &[
         Feature::NormalMaps,
         &[
             "normal_from_map",
-            "Frame.tangent_offset",
+            "Frame.tangent_word",
             "Material.normal_scale",
         ],
     ),
     marks(
         Feature::VertexColors,
-        &["interpolated_attribute", "Frame.color_offset"],
+        &["interpolated_attribute", "Frame.color_word"],
     ),
     marks(
         Feature::Branches,
@@ -131,11 +133,11 @@ pub const MARKS: &[Marks] = &[
         ],
     ),
     // What is left of the lights is kept for later.
-    marks(Feature::ManyLights, &["next_shadow_ray -> push"]),
+    marks(Feature::ManyLights, &["item_below"]),
     marks(
         Feature::Environment,
         &[
-            "texels",
+            "environment",
             "environment_level",
             "environment_uv",
             "arc_tangent",
@@ -192,7 +194,7 @@ pub const MARKS: &[Marks] = &[
 pub const SHARED: &[(&[Feature], &[&str])] = &[
     (
         &[Feature::Textures, Feature::Environment],
-        &["texels", "tap_weight", "wrap_texel"],
+        &["tap_weight", "wrap_texel"],
     ),
     (
         &[Feature::NormalMaps, Feature::VertexColors],
