@@ -13,6 +13,7 @@ mod outputs;
 mod progress;
 mod render;
 mod report;
+mod shader_cache;
 mod stress;
 mod summary;
 mod values;
@@ -27,6 +28,7 @@ use crate::args::{Cli, Command};
 use crate::console::Console;
 
 fn main() -> ExitCode {
+    shader_cache::use_own_folder();
     let cli = match Cli::try_parse_from(with_subcommand(std::env::args_os().collect())) {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),

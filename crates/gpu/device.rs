@@ -19,6 +19,7 @@ const TABLES: u32 = 10;
 pub struct Device {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
+    adapter: Adapter,
     info: DeviceInfo,
     /// The first error that wgpu reported outside of a call's own result.
     uncaptured: Arc<Mutex<Option<String>>>,
@@ -175,8 +176,15 @@ impl Device {
                 found,
             });
         };
-        let info = found[position].clone();
-        let adapter = &adapters[position];
+        Self::on(adapters[position].clone(), found[position].clone())
+    }
+
+    /// Another device of the same adapter: with a queue, and on the CPU a compiler, of its own.
+    pub(crate) fn twin(&self) -> Result<Self, DeviceError> {
+        Self::on(self.adapter.clone(), self.info.clone())
+    }
+
+    fn on(adapter: Adapter, info: DeviceInfo) -> Result<Self, DeviceError> {
         let refused = |reason: String| DeviceError::Refused {
             name: info.name.clone(),
             reason,
@@ -214,6 +222,7 @@ impl Device {
         Ok(Self {
             device,
             queue,
+            adapter,
             info,
             uncaptured,
         })

@@ -5,6 +5,7 @@
 
 #[cfg(test)]
 mod agreement;
+mod ahead;
 mod batch;
 mod camera;
 mod cost;
@@ -28,6 +29,7 @@ pub mod source;
 pub mod specialise;
 pub mod types;
 
+pub use ahead::Ahead;
 pub use cost::{BufferCost, Cost, cost};
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;
@@ -36,7 +38,7 @@ pub use piece::{Piece, PieceCall, PieceResult, evaluate};
 pub use pipeline::{Binding, bindings_of};
 pub use probe::{Prober, SecondaryProber, probe};
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
-pub use render::{Progress, RenderTimes, Rendered, render, render_with};
+pub use render::{Progress, RenderTimes, Rendered, render, render_ahead, render_with};
 pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};
 pub use table::{TABLE_WIDTH, Table};

@@ -14,6 +14,7 @@ use raytree_scene::{
 };
 
 use crate::{
+    ahead::Ahead,
     batch::{Batch, TILE_PIXELS, Tiling},
     camera::set_camera,
     device::Device,
@@ -107,6 +108,22 @@ pub fn render_with(
     features: ProgramFeatures,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
+    let ahead = Ahead::begin(device, features);
+    render_ahead(device, scene, bvh, settings, (features, ahead), observer)
+}
+
+/// As [`render_with`], by programs some of which were begun before the hierarchy stood.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_ahead(
+    device: &Device,
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &RenderSettings,
+    (features, ahead): (ProgramFeatures, Ahead),
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, RenderError> {
     check(settings)?;
     let started = Instant::now();
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
@@ -133,7 +150,7 @@ pub fn render_with(
     };
 
     let started = Instant::now();
-    wavefront.warm_up(device, &plan.frame)?;
+    wavefront.warm_up(device, &plan.frame, ahead)?;
     if let Some(layers) = &layers {
         layers.warm_up(device, &plan)?;
     }

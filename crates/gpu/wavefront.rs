@@ -10,6 +10,7 @@ use wgpu::{
 };
 
 use crate::{
+    ahead::Ahead,
     batch::TILE_PIXELS,
     device::{Device, DeviceError},
     error::RenderError,
@@ -91,6 +92,30 @@ impl Bound {
             [0, 1].map(|reads| pipeline.bind(device, resources, |name| resource_name(name, reads)));
         Ok(Self { pipeline, groups })
     }
+
+    fn dispatch_once(&self, device: &Device) {
+        let mut encoder = encoder(device);
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let once = Workgroups::Count(1);
+        self.pipeline.dispatch(&mut pass, &self.groups[0], once);
+        drop(pass);
+        device.queue.submit([encoder.finish()]);
+    }
+}
+
+/// Compiles a kernel, on drivers that do so at the first dispatch.
+pub(crate) fn compile(
+    device: &Device,
+    kernel: Kernel,
+    features: ProgramFeatures,
+    limits: Limits,
+    given: (&GpuScene, &Work<'_>),
+) -> Result<(), RenderError> {
+    let mut resources = Resources::default();
+    let bound = Bound::new(device, kernel, features, limits, &mut resources, given)?;
+    // Its buffers hold zeros: no work.
+    bound.dispatch_once(device);
+    Ok(device.wait()?)
 }
 
 impl Wavefront {
@@ -142,7 +167,12 @@ impl Wavefront {
     }
 
     /// A dispatch of each kernel that does nothing: drivers that compile at the first dispatch do it here.
-    pub(crate) fn warm_up(&self, device: &Device, frame: &Frame) -> Result<(), DeviceError> {
+    pub(crate) fn warm_up(
+        &self,
+        device: &Device,
+        frame: &Frame,
+        ahead: Ahead,
+    ) -> Result<(), DeviceError> {
         let nothing = Frame {
             slot_count: 0,
             ..*frame
@@ -150,14 +180,11 @@ impl Wavefront {
         self.write(device, "frame", bytes_of(&nothing));
         self.write(device, "list_0", bytes_of(&WorkList::EMPTY));
         self.write(device, "list_1", bytes_of(&WorkList::EMPTY));
-        for kernel in [&self.camera_rays, &self.trace_rays, &self.shade_hits] {
-            let mut encoder = encoder(device);
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            let once = Workgroups::Count(1);
-            kernel.pipeline.dispatch(&mut pass, &kernel.groups[0], once);
-            drop(pass);
-            device.queue.submit([encoder.finish()]);
-        }
+        self.camera_rays.dispatch_once(device);
+        self.trace_rays.dispatch_once(device);
+        device.wait()?;
+        ahead.wait();
+        self.shade_hits.dispatch_once(device);
         device.wait()
     }
 

@@ -33,6 +33,7 @@ pub use raytree_film::{
     BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format,
     Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
 };
+use raytree_gpu::{Ahead, render_ahead};
 pub use raytree_gpu::{
     BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature,
     Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
@@ -96,10 +97,13 @@ pub fn render(
     settings: &RenderSettings,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
+    let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+    let ahead = Ahead::begin(device, features);
     let started = Instant::now();
     let bvh = build_bvh(scene, preset)?;
     let bvh_time = started.elapsed();
-    let rendered = raytree_gpu::render(device, scene, &bvh, settings, observer)?;
+    let prepared = (features, ahead);
+    let rendered = render_ahead(device, scene, &bvh, settings, prepared, observer)?;
     let Rendered {
         film,
         counters,

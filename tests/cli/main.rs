@@ -11,6 +11,7 @@ mod errors;
 mod inspect;
 mod render;
 mod repeat;
+mod shader_cache;
 mod signals;
 mod stress;
 mod view;
