@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(bytes("leaf_nodes"), None);
         let geometry = (10 * (48 + 16 + 4) + 30 * 16) as f64 + bytes("nodes").unwrap() as f64;
         assert_eq!(found.triangle_bytes, geometry / 10.0);
-        assert_eq!(bytes("ray_stack"), Some(64 * 64 * found.pixel_bytes));
+        assert_eq!(bytes("state"), Some(64 * 64 * found.pixel_bytes));
         assert!(found.bytes() > geometry as u64);
     }
 

@@ -66,7 +66,10 @@ fn inspect_shows_what_is_in_a_scene() {
     // Whole rows of a table.
     let needed = 48 * report["triangles"].as_u64().unwrap();
     let taken = cost["buffers"]["leaf_vertices"].as_u64().unwrap();
-    assert!((needed..needed + (1 << 17)).contains(&taken), "{taken} for {needed}");
+    assert!(
+        (needed..needed + (1 << 17)).contains(&taken),
+        "{taken} for {needed}"
+    );
     assert_eq!(cost["bindings"], cost["buffers"].as_object().unwrap().len());
     assert!(cost["spirv_words"].as_u64().unwrap() > 1000);
 
