@@ -132,7 +132,7 @@ fn cross_contact(stack: vec2u) -> Crossing {
     return crossing_between(stack, through, crossed, full);
 }
 
-// Where a dispatch ends while faces are gathered, they are kept beside the suspended traversal.
+// Faces that are gathered are kept from iteration to iteration, beside a suspended traversal.
 fn store_contact() {
     let hit = contact.hit;
     store_word(suspended_plane(2u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));

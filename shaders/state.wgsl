@@ -23,6 +23,8 @@ struct SlotState {
     item: array<vec4u, ITEM_WORDS>,
 }
 
+const_assert ITEM_WORDS == 4u; // those that load_state names
+
 // Those of the planes from `first` on.
 fn load_state(first: u32, slot: u32, index: u32, level: u32) -> SlotState {
     var loaded: SlotState;

@@ -1,13 +1,13 @@
 // One traversal for every kind of ray. It must be called from one place in a kernel: lavapipe inlines each call.
 
-// Work done by this invocation in this dispatch.
+// Work done by this invocation in this iteration.
 var<private> node_visits: u32;
 var<private> triangle_tests: u32;
 
 const NODE_WORDS: u32 = 5u;
 
-// Where node visits and triangle tests of this dispatch end, in the midst of a ray if need be: what the ray has found and what it
-// has still to visit is left in `state`, and the next dispatch goes on with it.
+// Where node visits and triangle tests of this iteration end, in the midst of a ray if need be: what the ray has found and what it
+// has still to visit is left in `state`, and the next iteration goes on with it.
 var<private> suspend_at: u32 = 0xffffffffu;
 var<private> suspended: bool; // the ray last traced, which is also the next
 var<private> traversal_slot: u32; // whose storage it is

@@ -1,6 +1,6 @@
 // Structs shared with the host. crates/gpu/types.rs mirrors each; tests/shaders.rs compares the layouts.
 
-// One level of the environment map inside `texels`.
+// One level of the environment map inside `environment`.
 struct EnvironmentLevel {
     offset: u32, // of the first texel in `environment`
     width: u32,
@@ -35,7 +35,7 @@ struct Frame {
     tile_stride: u32, // coprime to tile_count: workgroup g renders tile first_tile + g * tile_stride mod tile_count
     slot_count: u32, // 64 * tile_count
     stack_capacity: u32, // work items a slot
-    step_budget: u32, // node visits and triangle tests after which a ray is left to the next dispatch
+    step_budget: u32, // node visits and triangle tests after which a ray is left to the next iteration
     vertex_words: u32, // texels of a vertex in `attributes`; the normal is the first
     uv_word: u32, // which of them the uv sets begin with, two in each
     color_word: u32,
@@ -164,7 +164,7 @@ struct Medium {
     unused_2: u32,
 }
 
-// A pixel's progress between dispatches.
+// A pixel's progress between kernels.
 struct Slot {
     radiance: vec4f, // sum over the samples; alpha in w
     rays: u32, // traced so far, of all kinds

@@ -1,4 +1,4 @@
-//! The work that our own scenes take, without any clock: rays by kind, node visits, triangle tests, dispatches, and the bytes of each
+//! The work that our own scenes take, without any clock: rays by kind, node visits, triangle tests, iterations, and the bytes of each
 //! buffer, compared with `tests/counters.json` to the last one. A change that makes the algorithm worse, or better, has to say so:
 //!
 //!     RAYTREE_BLESS=1 cargo test --test counters
@@ -144,7 +144,7 @@ fn work(device: &Device, scene: &Scene, settings: &RenderSettings) -> Numbers {
         ("ended.weight", ended.weight),
         ("ended.storage", ended.storage),
         ("ended.budget", ended.budget),
-        ("dispatches", u64::from(rendering.dispatches)),
+        ("iterations", u64::from(rendering.iterations)),
     ];
     numbers
         .into_iter()

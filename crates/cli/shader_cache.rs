@@ -5,13 +5,14 @@
 use std::{
     env,
     ffi::OsString,
+    fs,
     path::{Path, PathBuf},
 };
 
 /// What decides where the cache is.
 #[derive(Default)]
 struct Environment {
-    /// `MESA_SHADER_CACHE_DIR`: the user has chosen.
+    /// `MESA_SHADER_CACHE_DIR`, or the older `MESA_GLSL_CACHE_DIR`: the user has chosen.
     chosen: Option<OsString>,
     /// `XDG_CACHE_HOME`
     cache_home: Option<OsString>,
@@ -26,12 +27,14 @@ struct Environment {
 /// Must be the first thing that the program does: the environment is not guarded against other threads.
 pub fn use_own_folder() {
     let found = Environment {
-        chosen: env::var_os("MESA_SHADER_CACHE_DIR"),
+        chosen: env::var_os("MESA_SHADER_CACHE_DIR").or_else(|| env::var_os("MESA_GLSL_CACHE_DIR")),
         cache_home: env::var_os("XDG_CACHE_HOME"),
         home: env::var_os("HOME"),
         vector_width: env::var_os("LP_NATIVE_VECTOR_WIDTH"),
     };
-    if let Some(folder) = folder(&found) {
+    // Where there can be none, Mesa finds its own way.
+    let folder = folder(&found).filter(|folder| fs::create_dir_all(folder).is_ok());
+    if let Some(folder) = folder {
         #[allow(
             unsafe_code,
             reason = "Mesa has no other way to be told; starting ourselves anew with another environment would cost more"

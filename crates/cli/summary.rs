@@ -82,16 +82,16 @@ pub fn details(report: &Report<'_>) -> String {
     row("used", &list(&used));
     row("left out", &list(&left_out));
 
-    let dispatches = match rendering.dispatches {
-        1 => "in one dispatch".to_owned(),
-        n => format!("in {n} dispatches"),
+    let iterations = match rendering.iterations {
+        1 => "in one iteration".to_owned(),
+        n => format!("in {n} iterations"),
     };
     let times = [
         ("import", report.times.import, ""),
         ("bvh", rendering.bvh_time, ""),
         ("program", rendering.times.program, ""),
         ("compile", rendering.times.compile, ""),
-        ("render", rendering.times.render, dispatches.as_str()),
+        ("render", rendering.times.render, iterations.as_str()),
         ("write", report.times.write, ""),
         ("total", report.times.total, ""),
     ];

@@ -5,7 +5,7 @@ use naga::{Expression, Literal, Module};
 use crate::{
     batch::TILE_PIXELS,
     pass::ITEM_BYTES,
-    render::{EXTRA_ITEMS, STACK_PLANE, SUSPENDED_HEAD},
+    render::{EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, SUSPENDED_HEAD},
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
     upload,
@@ -53,6 +53,15 @@ fn a_slot_has_room_for_what_a_dispatch_leaves() {
     assert_eq!(constant(&shaders(), "EXTRA_ITEMS"), EXTRA_ITEMS);
     assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
     assert_eq!(constant(&shaders(), "STACK_PLANE"), STACK_PLANE);
+}
+
+#[test]
+fn an_entry_of_a_list_has_room_for_slot_and_level() {
+    let constant = |name| constant(&shaders(), name);
+    assert_eq!(constant("ENTRY_SLOT") + 1, MOST_SLOTS);
+    assert_eq!(1 << constant("ENTRY_LEVEL_SHIFT"), MOST_SLOTS);
+    assert_eq!(constant("ENTRY_LEVEL") + 1, MOST_LEVELS);
+    assert_eq!(constant("LIST_WORKGROUP"), TILE_PIXELS);
 }
 
 #[test]

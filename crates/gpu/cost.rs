@@ -41,7 +41,7 @@ pub struct Cost {
     pub traversal_stack: u32,
     /// Work items that a pixel may leave pending.
     pub ray_stack: u32,
-    /// Of a pixel's ray stack, with what a suspended traversal takes.
+    /// Of a pixel's state: its sum, its ray stack, and what a suspended traversal takes.
     pub pixel_bytes: u64,
     /// Pixels that are rendered at once, and have a stack each.
     pub batch_pixels: u32,
@@ -94,7 +94,11 @@ pub fn cost(
             name,
         })
         .collect();
-    let words = modules.iter().map(spirv_words).sum::<Result<usize, _>>()?;
+    let words = Kernel::PICTURE
+        .iter()
+        .zip(&modules)
+        .map(|(&kernel, module)| spirv_words(kernel, module))
+        .sum::<Result<usize, _>>()?;
     let geometry: u64 = buffers
         .iter()
         .filter(|buffer| GEOMETRY.contains(&buffer.name.as_str()))
@@ -116,9 +120,9 @@ pub fn cost(
     })
 }
 
-fn spirv_words(module: &naga::Module) -> Result<usize, ProgramError> {
+fn spirv_words(kernel: Kernel, module: &naga::Module) -> Result<usize, ProgramError> {
     let failed = |message: String| SpecialiseError {
-        kernel: Kernel::ShadeHits.name().to_owned(),
+        kernel: kernel.name().to_owned(),
         message,
     };
     let info = validate(module).map_err(failed)?;

@@ -1,11 +1,16 @@
 //! Which adapter renders, and what can go wrong with it.
 
-use std::sync::{Arc, Mutex};
+use std::{
+    collections::HashSet,
+    sync::{Arc, Mutex},
+};
 
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance,
     InstanceDescriptor, InstanceFlags, PollError, PollType,
 };
+
+use crate::program::ProgramFeatures;
 
 /// Storage buffers that the largest program binds (`shaders/bindings.wgsl`). WebGPU guarantees 8, SwiftShader has 10, other Vulkan
 /// drivers that we know have many more.
@@ -19,8 +24,9 @@ const TABLES: u32 = 10;
 pub struct Device {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    adapter: Adapter,
     info: DeviceInfo,
+    /// What was compiled ahead (`crate::ahead`).
+    pub(crate) compiled: Mutex<HashSet<ProgramFeatures>>,
     /// The first error that wgpu reported outside of a call's own result.
     uncaptured: Arc<Mutex<Option<String>>>,
 }
@@ -89,7 +95,7 @@ pub enum DeviceError {
     },
 }
 
-/// The longest that one dispatch may take: it is bounded work, so anything beyond this is a hang.
+/// The longest that what is submitted at once may take: it is bounded work, so anything beyond this is a hang.
 const DISPATCH_TIMEOUT: std::time::Duration = std::time::Duration::from_secs(120);
 
 /// Every Vulkan adapter that the system has, in the loader's order.
@@ -179,9 +185,12 @@ impl Device {
         Self::on(adapters[position].clone(), found[position].clone())
     }
 
-    /// Another device of the same adapter: with a queue, and on the CPU a compiler, of its own.
-    pub(crate) fn twin(&self) -> Result<Self, DeviceError> {
-        Self::on(self.adapter.clone(), self.info.clone())
+    /// A device of the same name, with nothing in common with others: a queue, and on the CPU a compiler, of its own. When it is
+    /// dropped, the driver has written to its cache what it compiled.
+    pub(crate) fn like(info: &DeviceInfo) -> Result<Self, DeviceError> {
+        let same = |adapter: &Adapter| DeviceInfo::of(&adapter.get_info()) == *info;
+        let adapter = adapters().into_iter().find(same);
+        Self::on(adapter.ok_or(DeviceError::NoDriver)?, info.clone())
     }
 
     fn on(adapter: Adapter, info: DeviceInfo) -> Result<Self, DeviceError> {
@@ -222,8 +231,8 @@ impl Device {
         Ok(Self {
             device,
             queue,
-            adapter,
             info,
+            compiled: Mutex::default(),
             uncaptured,
         })
     }
@@ -255,7 +264,7 @@ impl Device {
         match waited {
             Ok(_) => Ok(()),
             Err(PollError::Timeout) => {
-                Err(self.lost("a dispatch did not end in two minutes".to_owned()))
+                Err(self.lost("its work did not end in two minutes".to_owned()))
             }
             Err(error) => Err(self.lost(error.to_string())),
         }

@@ -20,14 +20,14 @@ pub enum RenderError {
     /// Too many media.
     #[error(transparent)]
     Media(#[from] TooManyMedia),
-    /// A buffer is larger than the device can bind.
-    #[error("the scene needs {} MiB for `{buffer}`, but this device binds at most {} MiB; use fewer triangles or smaller textures, or another --device", bytes.div_ceil(1 << 20), limit >> 20)]
+    /// A buffer or table is larger than the device can hold.
+    #[error("the scene needs {} MiB for `{buffer}`, but this device holds at most {} MiB of it; use fewer triangles or smaller textures, or another --device", bytes.div_ceil(1 << 20), limit >> 20)]
     TooLarge {
         /// Its name in `shaders/bindings.wgsl`.
         buffer: String,
         /// What it would hold.
         bytes: u64,
-        /// What the device binds.
+        /// What the device holds.
         limit: u64,
     },
     /// A setting makes no sense.

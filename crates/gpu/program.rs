@@ -124,7 +124,7 @@ features! {
         "there is an environment map", "there is no environment map, or a black one",
     Whitted "HAS_WHITTED" "the book's shading model"
         "--shading whitted", "--shading pbr",
-    LongRays "HAS_LONG_RAYS" "rays that take several dispatches"
+    LongRays "HAS_LONG_RAYS" "rays that take several iterations"
         "there are triangles enough for one ray to keep a device busy", "there are too few triangles for a ray to take long",
     Counters "HAS_COUNTERS" "counters"
         "counting was asked for", "counting was not asked for",

@@ -1,4 +1,4 @@
-//! A scene, its hierarchy and settings to a film: programs, buffers, and dispatches until no pixel is unfinished.
+//! A scene, its hierarchy and settings to a film: programs, buffers, and iterations until no pixel is unfinished.
 
 use std::{
     ops::ControlFlow,
@@ -34,7 +34,7 @@ use crate::{
 pub(crate) const STACK_PLANE: u32 = 3;
 
 /// What the state of a batch may take.
-const STACK_BYTES: u64 = 64 << 20;
+const STATE_BYTES: u64 = 64 << 20;
 
 /// Of the same name in `shaders/ray_stack.wgsl`.
 pub(crate) const EXTRA_ITEMS: u32 = 2;
@@ -43,8 +43,8 @@ pub(crate) const EXTRA_ITEMS: u32 = 2;
 pub(crate) const SUSPENDED_HEAD: u32 = 7;
 
 /// Slots and levels of a stack that an entry of a list can name (`shaders/work_lists.wgsl`).
-const MOST_SLOTS: u32 = 1 << 20;
-const MOST_LEVELS: u32 = 1 << 10;
+pub(crate) const MOST_SLOTS: u32 = 1 << 20;
+pub(crate) const MOST_LEVELS: u32 = 1 << 10;
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ pub struct Rendered {
     /// Where the time went.
     pub times: RenderTimes,
     /// How many iterations of tracing and shading it took.
-    pub dispatches: u32,
+    pub iterations: u32,
 }
 
 /// Where a render's time went.
@@ -81,7 +81,7 @@ pub struct RenderTimes {
     pub render: Duration,
 }
 
-/// Renders a picture. `observer` is told of progress after each dispatch, and can end it.
+/// Renders a picture. `observer` is told of progress after each submission, and can end it.
 ///
 /// # Errors
 /// [`RenderError`]; [`RenderError::Cancelled`] if the observer said so.
@@ -108,6 +108,7 @@ pub fn render_with(
     features: ProgramFeatures,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
+    check(settings)?;
     let ahead = Ahead::begin(device, features);
     render_ahead(device, scene, bvh, settings, (features, ahead), observer)
 }
@@ -161,7 +162,7 @@ pub fn render_ahead(
     let mut film = Film::windowed(region.width, region.height, settings.window());
     let mut rays = vec![0_u32; film.pixel_count()];
     let mut counters = Counters::default();
-    let mut dispatches = 0;
+    let mut iterations = 0;
     for &batch in &plan.batches {
         for sample in 0..settings.samples {
             let frame = Frame {
@@ -172,7 +173,7 @@ pub fn render_ahead(
                 let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
                 plan.tell(observer, batch, in_batch)
             };
-            dispatches += wavefront.run(device, &frame, &mut counters, progress)?;
+            iterations += wavefront.run(device, &frame, &mut counters, progress)?;
         }
         let slots = wavefront.slots(device, batch.tile_count * TILE_PIXELS)?;
         counters.add_dropped(&slots);
@@ -193,7 +194,7 @@ pub fn render_ahead(
         counters,
         features,
         times,
-        dispatches,
+        iterations,
     })
 }
 
@@ -254,7 +255,8 @@ impl Plan {
     ) -> Self {
         let region = settings.visible_region();
         let tiling = Tiling::new(region.width, region.height);
-        // Depth first: each level of the tree leaves all children but one pending.
+        // Depth first: each level of the tree leaves all children but one pending. Trees too deep for an entry's bits lose branches,
+        // which are counted.
         let stack_capacity = features
             .children()
             .saturating_sub(1)
@@ -270,7 +272,7 @@ impl Plan {
             slot_bytes += 16 * u64::from(SUSPENDED_HEAD);
         }
         let batch_pixels = settings.batch_pixels.min(MOST_SLOTS);
-        let slots = (STACK_BYTES / slot_bytes).min(u64::from(batch_pixels)) as u32;
+        let slots = (STATE_BYTES / slot_bytes).min(u64::from(batch_pixels)) as u32;
         let batches = tiling.batches((slots / TILE_PIXELS).max(1));
         let samples = sample_pattern(settings.samples);
         let mut frame = Frame {

@@ -1,9 +1,12 @@
 //! The kernels that make a picture: a sample's camera rays, then iterations that trace the rays on a list, shade what they hit
 //! and make the next list, until it is empty (`shaders/work_lists.wgsl`).
 
-use std::time::{Duration, Instant};
+use std::{
+    cell::Cell,
+    time::{Duration, Instant},
+};
 
-use bytemuck::{bytes_of, cast_slice, from_bytes};
+use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
 use wgpu::{
     BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
     ComputePassDescriptor,
@@ -51,6 +54,8 @@ pub(crate) struct Wavefront {
     empty: Buffer,
     report: Buffer,
     most_iterations: u32,
+    /// Iterations of the next submission: what fits [`AT_ONCE`], as far as is known.
+    at_once: Cell<u32>,
 }
 
 /// A kernel, bound to read either list.
@@ -149,6 +154,7 @@ impl Wavefront {
         device.check()?;
         // The device counts in 32 bits.
         let countable = u64::from(u32::MAX) / (MOST_STEPS * u64::from(work.slots.max(1)));
+        let most_iterations = countable.clamp(1, u64::from(MOST_ITERATIONS)) as u32;
         Ok(Self {
             camera_rays,
             trace_rays,
@@ -156,7 +162,8 @@ impl Wavefront {
             arguments: buffer("arguments", list_bytes, BufferUsages::INDIRECT),
             empty,
             report: buffer("report", REPORT_BYTES, BufferUsages::MAP_READ),
-            most_iterations: countable.clamp(1, u64::from(MOST_ITERATIONS)) as u32,
+            most_iterations,
+            at_once: Cell::new(most_iterations.min(4)),
             resources,
         })
     }
@@ -175,6 +182,8 @@ impl Wavefront {
     ) -> Result<(), DeviceError> {
         let nothing = Frame {
             slot_count: 0,
+            tile_count: 1,
+            tile_stride: 1,
             ..*frame
         };
         self.write(device, "frame", bytes_of(&nothing));
@@ -183,7 +192,7 @@ impl Wavefront {
         self.camera_rays.dispatch_once(device);
         self.trace_rays.dispatch_once(device);
         device.wait()?;
-        ahead.wait();
+        drop(ahead);
         self.shade_hits.dispatch_once(device);
         device.wait()
     }
@@ -209,7 +218,7 @@ impl Wavefront {
             .dispatch(&mut pass, &kernel.groups[1], workgroups);
         drop(pass);
         let mut reads = 0;
-        let mut at_once = self.most_iterations.min(4);
+        let mut at_once = self.at_once.get();
         let mut iterations = 0;
         loop {
             let started = Instant::now();
@@ -229,6 +238,7 @@ impl Wavefront {
             } else if took > AT_ONCE.end {
                 at_once = (at_once / 2).max(1);
             }
+            self.at_once.set(at_once);
             encoder = self::encoder(device);
             encoder.clear_buffer(self.resources.buffer("counters"), 0, None);
         }
@@ -267,7 +277,7 @@ impl Wavefront {
         device.queue.submit([encoder.finish()]);
         let bytes = mapped(device, &self.report)?;
         let (counts, list) = bytes.split_at(counted as usize);
-        let list: &WorkList = from_bytes(list);
+        let list: WorkList = pod_read_unaligned(list);
         Ok((list.length, counters.add(cast_slice(counts))))
     }
 

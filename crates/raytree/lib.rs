@@ -65,8 +65,8 @@ pub struct Rendering {
     pub bvh_time: Duration,
     /// Time in the device's hands.
     pub times: RenderTimes,
-    /// Dispatches that rendered.
-    pub dispatches: u32,
+    /// Iterations of tracing and shading that rendered.
+    pub iterations: u32,
 }
 
 /// Reads the default scene of a glTF file, `.gltf` or `.glb`, without what can't show ([`simplify`]): so it takes the smallest
@@ -110,7 +110,7 @@ pub fn render(
         dropped,
         features,
         times,
-        dispatches,
+        iterations,
     } = rendered;
     Ok(Rendering {
         film,
@@ -119,7 +119,7 @@ pub fn render(
         features,
         bvh_time,
         times,
-        dispatches,
+        iterations,
     })
 }
 

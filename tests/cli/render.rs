@@ -41,7 +41,7 @@ fn pipes_hear_nothing_of_progress_and_quiet_is_quiet() {
     run.mentions(&[
         "import",
         "compile",
-        "dispatch",
+        "iteration",
         "punctual lights",
         "left out",
         "llvmpipe",

@@ -97,7 +97,7 @@ fn is_one_of(seen: [f32; 3], expected: &[[f64; 3]]) -> bool {
         .any(|color| difference(seen.map(f64::from), *color) < 1e-6)
 }
 
-/// What a single ray in the middle of the picture takes, and takes of each dispatch. A driver that cuts its loops short tests less
+/// What a single ray in the middle of the picture takes, and takes of each iteration. A driver that cuts its loops short tests less
 /// than there is; a traversal that is not taken up where it was left, more.
 fn one_ray(
     stage: &mut Stage<'_>,
@@ -112,8 +112,8 @@ fn one_ray(
     let rendered = stage.render(scene, &RenderSettings::new(1, 1, camera))?;
     let (steps, all) = (steps(&rendered), (nodes + triangles) as f64);
     let note = format!(
-        "{steps} steps, {triangles} triangles, {nodes} nodes, {} dispatches",
-        rendered.dispatches
+        "{steps} steps, {triangles} triangles, {nodes} nodes, {} iterations",
+        rendered.iterations
     );
     if all_are_met {
         stage.record_with(
@@ -131,8 +131,8 @@ fn one_ray(
         );
     }
     stage.record(
-        format!("{name}: 8 times the steps of a dispatch"),
-        8.0 * steps / f64::from(rendered.dispatches.max(1)),
+        format!("{name}: 8 times the steps of an iteration"),
+        8.0 * steps / f64::from(rendered.iterations.max(1)),
         Limit::AtMost(LOOP_LIMIT),
     );
     Ok(())
@@ -144,7 +144,7 @@ fn steps(rendered: &Rendered) -> f64 {
 }
 
 /// Slivers from side to side of the scene; then two blocks of glass and water that share a face among them, so that rays branch,
-/// and gather faces, where each of them takes several dispatches.
+/// and gather faces, where each of them takes several iterations.
 fn slivers(stage: &mut Stage<'_>) -> Result<(), StressError> {
     let mut random = Random::new(17);
     let mut build = Build::before([0.1, 0.2, 0.25]);
@@ -191,9 +191,9 @@ fn judge(stage: &mut Stage<'_>, name: &str, scene: &Scene, pixels: u32) -> Resul
     let share = seen.filter(|rgb| **rgb != background).count() as f64 / f64::from(pixels * pixels);
     let judged = judge_picture(scene, &settings, &rendered.film, TOLERANCE);
     let note = format!(
-        "{:.2} % of the pixels within {TOLERANCE}, {} dispatches",
+        "{:.2} % of the pixels within {TOLERANCE}, {} iterations",
         100.0 * judged.near_share,
-        rendered.dispatches
+        rendered.iterations
     );
     stage.record_with(
         format!("{name}, by the oracle"),

@@ -225,9 +225,9 @@ pub(super) fn many(stage: &mut Stage<'_>) -> Result<(), StressError> {
         largest,
         Limit::AtMost(MANY_LIMIT),
         format!(
-            "rendered in {:.1} s, {} dispatches",
+            "rendered in {:.1} s, {} iterations",
             rendered.times.render.as_secs_f64(),
-            rendered.dispatches
+            rendered.iterations
         ),
     );
     stage.record(
