@@ -270,6 +270,6 @@ pub fn assemble(
     features: ProgramFeatures,
     limits: Limits,
 ) -> Result<Module, ProgramError> {
-    let module = source::parse(limits)?;
+    let module = source::parsed(limits)?;
     Ok(specialise(&module, kernel.name(), &features.constants())?)
 }

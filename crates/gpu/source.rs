@@ -1,5 +1,10 @@
 //! The shader files: joined in a fixed order (WGSL allows declarations in any), parsed, and errors led back to file and line.
 
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
 use naga::Module;
 
 /// A WGSL file as compiled into the program.
@@ -106,6 +111,21 @@ pub fn parse(limits: Limits) -> Result<Module, ShaderError> {
             .map_or(0, |location| location.offset as usize);
         locate(&text, &starts, offset, error.message())
     })
+}
+
+/// As [`parse`], but each module once a process: a picture takes several kernels of it.
+///
+/// # Errors
+/// As [`parse`].
+pub(crate) fn parsed(limits: Limits) -> Result<Arc<Module>, ShaderError> {
+    static PARSED: Mutex<BTreeMap<u32, Arc<Module>>> = Mutex::new(BTreeMap::new());
+    let mut parsed = PARSED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(module) = parsed.get(&limits.traversal_stack) {
+        return Ok(Arc::clone(module));
+    }
+    let module = Arc::new(parse(limits)?);
+    parsed.insert(limits.traversal_stack, Arc::clone(&module));
+    Ok(module)
 }
 
 fn locate(text: &str, starts: &[(&str, usize)], offset: usize, message: &str) -> ShaderError {
