@@ -8,7 +8,6 @@ const NODE_WORDS: u32 = 5u;
 
 // Where node visits and triangle tests of this iteration end, in the midst of a ray if need be: what the ray has found and what it
 // has still to visit is left in `state`, and the next iteration goes on with it.
-var<private> suspend_at: u32 = 0xffffffffu;
 var<private> suspended: bool; // the ray last traced, which is also the next
 var<private> traversal_slot: u32; // whose storage it is
 
@@ -62,7 +61,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     }
     loop {
         if (HAS_LONG_RAYS) {
-            if (node_visits + triangle_tests >= suspend_at) {
+            if (node_visits + triangle_tests >= frame.step_budget) {
                 store_traversal(hit, group, height);
                 for (var k = 0u; k < height; k++) {
                     store_word(suspended_plane(SUSPENDED_HEAD + k), traversal_slot, vec4u(stack[k], 0u, 0u));

@@ -2,9 +2,9 @@
 //! before t = 1e-4, which must be next to nothing.
 
 use glam::{Vec3, vec3};
-use raytree::{Scene, model::Material};
+use raytree::Scene;
 use raytree_gpu::types::{ProbeHit, ProbeRay};
-use raytree_stress::{random::Random, scenes::Build};
+use raytree_stress::{meshes::canvas, random::Random};
 
 /// Rays of a kind: those of a square picture, a ray a pixel.
 pub const RAYS: usize = (SIDE * SIDE) as usize;
@@ -67,16 +67,6 @@ impl Kind {
             Self::Incoherent => "incoherent",
         }
     }
-}
-
-/// A scene of one material, seen from both sides.
-fn canvas() -> (Build, u32) {
-    let mut build = Build::before([0.0; 3]);
-    let material = build.material(Material {
-        double_sided: true,
-        ..Material::default()
-    });
-    (build, material)
 }
 
 /// 8 x 5 balls over a plane: 81,922 triangles.

@@ -1,13 +1,13 @@
 //! A kernel with its buffers, ready to be dispatched.
 
 use bytemuck::cast_slice;
-use wgpu::{BindGroup, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor};
+use wgpu::{BindGroup, BufferUsages};
 
 use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     piece::{PieceCall, PieceResult},
-    pipeline::{Pipeline, Resources, Workgroups, read_back},
+    pipeline::{Pipeline, Resources, Workgroups, read_back, submit},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
@@ -134,14 +134,10 @@ impl Pass {
 
     /// Dispatches, without waiting for it.
     pub(crate) fn submit(&self, device: &Device, workgroups: u32) {
-        let mut encoder = device
-            .device
-            .create_command_encoder(&CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
         let workgroups = Workgroups::Count(workgroups);
-        self.pipeline.dispatch(&mut pass, &self.groups, workgroups);
-        drop(pass);
-        device.queue.submit([encoder.finish()]);
+        submit(device, |pass| {
+            self.pipeline.dispatch(pass, &self.groups, workgroups);
+        });
     }
 
     /// Waits for all dispatches, then the first `size` bytes of a buffer.

@@ -8,9 +8,10 @@ use naga::{
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
-    BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, ComputePipelineDescriptor,
-    PipelineLayoutDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
-    StorageTextureAccess, TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
+    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor,
+    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor,
+    ShaderSource, ShaderStages, StorageTextureAccess, TextureFormat, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
@@ -194,6 +195,15 @@ impl Pipeline {
     }
 }
 
+/// Records what `record` records, and submits it.
+pub(crate) fn submit(device: &Device, record: impl FnOnce(&mut ComputePass<'_>)) {
+    let mut encoder = device
+        .device
+        .create_command_encoder(&CommandEncoderDescriptor::default());
+    record(&mut encoder.begin_compute_pass(&ComputePassDescriptor::default()));
+    device.queue.submit([encoder.finish()]);
+}
+
 /// How many workgroups a dispatch has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Workgroups<'a> {
@@ -349,7 +359,7 @@ pub(crate) fn read_back(
     });
     let mut encoder = device
         .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        .create_command_encoder(&CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
     device.queue.submit([encoder.finish()]);
     mapped(device, &staging)

@@ -1,6 +1,6 @@
 //! Given rays against a scene: traversal alone, and traversal with the rays that leave a hit; for tests and benches.
 
-use bytemuck::{Pod, Zeroable, bytes_of, cast_slice};
+use bytemuck::{Pod, bytes_of, cast_slice};
 use raytree_bvh::Bvh;
 use raytree_scene::model::Scene;
 
@@ -182,13 +182,8 @@ impl<'d> Bulk<'d> {
         let pass = Pass::new(device, kernel, features, limits, &gpu_scene, &work)?;
         let frame = Frame {
             triangle_count: bvh.leaf_triangles.len() as u32,
-            vertex_words: gpu_scene.vertex.words,
-            uv_word: gpu_scene.vertex.uv_word,
-            color_word: gpu_scene.vertex.color_word,
-            tangent_word: gpu_scene.vertex.tangent_word,
-            texture_kinds: gpu_scene.texture_kinds(),
             tolerance: numerics.tolerance,
-            ..Frame::zeroed()
+            ..gpu_scene.frame()
         };
         Ok(Self {
             device,

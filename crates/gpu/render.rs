@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bytemuck::{Zeroable, bytes_of, cast_slice};
+use bytemuck::{bytes_of, cast_slice};
 use raytree_bvh::Bvh;
 use raytree_film::{Aovs, Film, sample_pattern};
 use raytree_scene::{
@@ -290,13 +290,7 @@ impl Plan {
             state_planes: STACK_PLANE + (ITEM_BYTES / 16) as u32,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
-            vertex_words: gpu.vertex.words,
-            uv_word: gpu.vertex.uv_word,
-            color_word: gpu.vertex.color_word,
-            tangent_word: gpu.vertex.tangent_word,
-            texture_kinds: gpu.texture_kinds(),
-            environment: gpu.environment_levels,
-            ..Frame::zeroed()
+            ..gpu.frame()
         };
         if features.has(Feature::Solids) {
             frame.camera_media = camera_media(scene, settings.shading, &settings.camera);

@@ -69,13 +69,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// [`RenderError::TooLarge`] if the device has no texture as high.
     pub(crate) fn upload(self, device: &Device, name: &str) -> Result<Texture, RenderError> {
-        let format = if self.texel_words == 1 {
-            TextureFormat::R32Uint
-        } else {
-            TextureFormat::Rgba32Uint
-        };
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
-        let texture = texture(device, name, self.size(), format, usage)?;
+        let texture = self.reserve(device, name)?;
         let whole_rows = self.bytes.len() as u64 / self.row_bytes() * self.row_bytes();
         let (rows, rest) = self.bytes.split_at(whole_rows as usize);
         let rows_at_once = COPIED_AT_ONCE / self.row_bytes();
@@ -92,6 +86,36 @@ impl<'a> Table<'a> {
             self.copy(device, &texture, rest, y, (width, 1));
         }
         Ok(texture)
+    }
+
+    fn reserve(self, device: &Device, name: &str) -> Result<Texture, RenderError> {
+        let (width, height) = self.size();
+        let highest = u64::from(device.highest_texture());
+        if height > highest {
+            return Err(RenderError::TooLarge {
+                buffer: name.to_owned(),
+                bytes: self.device_bytes(),
+                limit: highest * self.row_bytes(),
+            });
+        }
+        Ok(device.device.create_texture(&TextureDescriptor {
+            label: Some(name),
+            size: Extent3d {
+                width,
+                height: height as u32,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: if self.texel_words == 1 {
+                TextureFormat::R32Uint
+            } else {
+                TextureFormat::Rgba32Uint
+            },
+            usage: TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
+        }))
     }
 
     fn copy(self, device: &Device, texture: &Texture, bytes: &[u8], y: u32, size: (u32, u32)) {
@@ -113,39 +137,6 @@ impl<'a> Table<'a> {
         };
         device.queue.write_texture(target, bytes, layout, extent);
     }
-}
-
-fn texture(
-    device: &Device,
-    name: &str,
-    (width, height): (u32, u64),
-    format: TextureFormat,
-    usage: TextureUsages,
-) -> Result<Texture, RenderError> {
-    let texel_bytes = u64::from(format.block_copy_size(None).unwrap_or_default());
-    let row_bytes = u64::from(width) * texel_bytes;
-    let highest = u64::from(device.highest_texture());
-    if height > highest {
-        return Err(RenderError::TooLarge {
-            buffer: name.to_owned(),
-            bytes: height * row_bytes,
-            limit: highest * row_bytes,
-        });
-    }
-    Ok(device.device.create_texture(&TextureDescriptor {
-        label: Some(name),
-        size: Extent3d {
-            width,
-            height: height as u32,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    }))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A scene as bytes for the device: everything in f32 and in the shaders' layouts, nothing that the program does not read.
 
-use bytemuck::cast_slice;
+use bytemuck::{Zeroable, cast_slice};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use raytree_bvh::Bvh;
 use raytree_scene::{
@@ -8,7 +8,7 @@ use raytree_scene::{
     features::{transmits, whitted_transmits},
     model::{
         AlphaMode, Filter, Geometry, Light as SceneLight, LightKind, Material as SceneMaterial,
-        Scene, TextureRef, Wrap,
+        Scene, TextureRef, Wrap, srgb_to_linear,
     },
 };
 
@@ -18,7 +18,7 @@ use crate::{
     solids::RankedMedia,
     table::Table,
     types::{
-        ENVIRONMENT_LEVELS, EnvironmentLevel, LeafTriangle, Light, MATERIAL_TEXTURES, MEDIA,
+        ENVIRONMENT_LEVELS, EnvironmentLevel, Frame, LeafTriangle, Light, MATERIAL_TEXTURES, MEDIA,
         Material, Medium, SRGB_CODES, TextureUse,
     },
 };
@@ -165,8 +165,21 @@ impl GpuScene {
         })
     }
 
+    /// What kernels have to know of the tables; all else is zero.
+    pub(crate) fn frame(&self) -> Frame {
+        Frame {
+            vertex_words: self.vertex.words,
+            uv_word: self.vertex.uv_word,
+            color_word: self.vertex.color_word,
+            tangent_word: self.vertex.tangent_word,
+            texture_kinds: self.texture_kinds(),
+            environment: self.environment_levels,
+            ..Frame::zeroed()
+        }
+    }
+
     /// Which of the textures that a material can have some material has, a bit each.
-    pub(crate) fn texture_kinds(&self) -> u32 {
+    fn texture_kinds(&self) -> u32 {
         let kinds = self
             .texture_uses
             .iter()
@@ -249,7 +262,8 @@ impl GpuScene {
                 .extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
         }
         let uses = scene.materials.iter().map(|source| {
-            texture_refs(source).map(|texture| {
+            // In the order of `shaders/types.wgsl`.
+            source.texture_slots().map(|texture| {
                 texture.map_or(TextureUse::NONE, |texture| {
                     texture_use(scene, &offsets, texture)
                 })
@@ -413,21 +427,6 @@ fn material(source: &SceneMaterial, shading: Shading) -> Material {
     }
 }
 
-/// In the order of `shaders/types.wgsl`.
-fn texture_refs(source: &SceneMaterial) -> [Option<&TextureRef>; MATERIAL_TEXTURES] {
-    [
-        &source.base_color_texture,
-        &source.metallic_roughness_texture,
-        &source.normal_texture,
-        &source.occlusion_texture,
-        &source.emissive_texture,
-        &source.transmission_texture,
-        &source.specular_texture,
-        &source.specular_color_texture,
-    ]
-    .map(Option::as_ref)
-}
-
 fn texture_use(scene: &Scene, images: &[u32], source: &TextureRef) -> TextureUse {
     let [a, b, c, d, e, f] = source.transform;
     let texture = scene.textures[source.texture as usize];
@@ -457,17 +456,6 @@ fn wrap(mode: Wrap) -> u32 {
 /// Of each code of 8 bits, for `decoded_srgb` of the shaders.
 pub(crate) fn decoded_srgb() -> [f32; SRGB_CODES] {
     std::array::from_fn(|code| srgb_to_linear(code as u8))
-}
-
-/// IEC 61966-2-1.
-fn srgb_to_linear(code: u8) -> f32 {
-    let c = f64::from(code) / 255.0;
-    let linear = if c <= 0.04045 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    };
-    linear as f32
 }
 
 /// Brought down to the largest radiance that is computed with.

@@ -9,7 +9,7 @@ use std::{
 use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
 use wgpu::{
     BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
-    ComputePassDescriptor,
+    ComputePass, ComputePassDescriptor,
 };
 
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     pass::Work,
-    pipeline::{Pipeline, Resources, Workgroups, mapped, read_back},
+    pipeline::{Pipeline, Resources, Workgroups, mapped, read_back, submit},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::{COUNTERS, Counters},
@@ -98,13 +98,14 @@ impl Bound {
         Ok(Self { pipeline, groups })
     }
 
+    /// Records a dispatch that reads list `reads`.
+    fn dispatch(&self, pass: &mut ComputePass<'_>, reads: usize, workgroups: Workgroups<'_>) {
+        self.pipeline
+            .dispatch(pass, &self.groups[reads], workgroups);
+    }
+
     fn dispatch_once(&self, device: &Device) {
-        let mut encoder = encoder(device);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        let once = Workgroups::Count(1);
-        self.pipeline.dispatch(&mut pass, &self.groups[0], once);
-        drop(pass);
-        device.queue.submit([encoder.finish()]);
+        submit(device, |pass| self.dispatch(pass, 0, Workgroups::Count(1)));
     }
 }
 
@@ -208,14 +209,10 @@ impl Wavefront {
     ) -> Result<u32, RenderError> {
         self.write(device, "frame", bytes_of(frame));
         self.write(device, "list_0", bytes_of(&WorkList::EMPTY));
-        let mut encoder = encoder(device);
-        encoder.clear_buffer(self.resources.buffer("counters"), 0, None);
+        let mut encoder = self.recording(device);
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
         let workgroups = Workgroups::Count(frame.slot_count / TILE_PIXELS);
-        let kernel = &self.camera_rays;
-        kernel
-            .pipeline
-            .dispatch(&mut pass, &kernel.groups[1], workgroups);
+        self.camera_rays.dispatch(&mut pass, 1, workgroups);
         drop(pass);
         let mut reads = 0;
         let mut at_once = self.at_once.get();
@@ -239,9 +236,17 @@ impl Wavefront {
                 at_once = (at_once / 2).max(1);
             }
             self.at_once.set(at_once);
-            encoder = self::encoder(device);
-            encoder.clear_buffer(self.resources.buffer("counters"), 0, None);
+            encoder = self.recording(device);
         }
+    }
+
+    /// Begins to record what is counted together.
+    fn recording(&self, device: &Device) -> CommandEncoder {
+        let mut encoder = device
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        encoder.clear_buffer(self.resources.buffer("counters"), 0, None);
+        encoder
     }
 
     /// Records the tracing and shading of list `reads`.
@@ -253,10 +258,7 @@ impl Wavefront {
         encoder.copy_buffer_to_buffer(&self.empty, 0, list("list_out"), 0, size);
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
         for kernel in [&self.trace_rays, &self.shade_hits] {
-            let workgroups = Workgroups::Listed(&self.arguments);
-            kernel
-                .pipeline
-                .dispatch(&mut pass, &kernel.groups[reads], workgroups);
+            kernel.dispatch(&mut pass, reads, Workgroups::Listed(&self.arguments));
         }
     }
 
@@ -299,10 +301,4 @@ impl Wavefront {
             })
             .collect())
     }
-}
-
-fn encoder(device: &Device) -> CommandEncoder {
-    device
-        .device
-        .create_command_encoder(&CommandEncoderDescriptor::default())
 }

@@ -379,6 +379,18 @@ pub struct Image {
     pub texels: Vec<[u8; 4]>,
 }
 
+/// A code of 8 bits to linear (IEC 61966-2-1), rounded to f32 once: the table that the renderer uploads.
+#[must_use]
+pub fn srgb_to_linear(code: u8) -> f32 {
+    let c = f64::from(code) / 255.0;
+    let linear = if c <= 0.04045 {
+        c / 12.92
+    } else {
+        ((c + 0.055) / 1.055).powf(2.4)
+    };
+    linear as f32
+}
+
 impl std::fmt::Debug for Image {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Image({:?}, {}x{})", self.name, self.width, self.height)

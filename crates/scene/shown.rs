@@ -4,7 +4,7 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::features::transmits;
-use crate::model::{AlphaMode, Filter, Material, Scene, Texture, TextureRef};
+use crate::model::{AlphaMode, Filter, Material, Scene, Texture, TextureRef, srgb_to_linear};
 
 /// By how much bilinear filtering may miss what it interpolates, of its size: four products of weights and their sum.
 const FILTER_ROUNDING: f32 = 1e-5;
@@ -206,17 +206,6 @@ fn decode(texture: Texture, code: [u8; 4]) -> Vec4 {
     }
     let [r, g, b, _] = code.map(srgb_to_linear);
     Vec3::new(r, g, b).extend(plain.w)
-}
-
-/// IEC 61966-2-1, rounded to f32 once: the table that the renderer uploads.
-fn srgb_to_linear(code: u8) -> f32 {
-    let c = f64::from(code) / 255.0;
-    let linear = if c <= 0.04045 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    };
-    linear as f32
 }
 
 /// The base colour is black whatever texture and vertex colours say.

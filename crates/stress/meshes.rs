@@ -41,7 +41,8 @@ impl Mesh {
 }
 
 /// A scene with one material, seen from both sides.
-fn canvas() -> (Build, u32) {
+#[must_use]
+pub fn canvas() -> (Build, u32) {
     let mut build = Build::before([0.0; 3]);
     let material = build.material(Material {
         double_sided: true,

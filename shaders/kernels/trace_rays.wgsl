@@ -17,7 +17,6 @@ fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
     }
     if (HAS_LONG_RAYS) {
         traversal_slot = slot;
-        suspend_at = frame.step_budget;
         suspended = (entry & ENTRY_SUSPENDED) != 0u;
     }
     if (HAS_CONTACT) {

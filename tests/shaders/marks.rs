@@ -164,7 +164,7 @@ pub const MARKS: &[Marks] = &[
         &[
             "store_traversal",
             "suspended",
-            "suspend_at",
+            "Frame.step_budget",
             "traversal_slot",
         ],
     ),
