@@ -9,10 +9,15 @@ struct Hit {
     back: bool, // seen from behind
 }
 
+// A ray's line and a triangle. t is a quotient that only few of those tested are asked for.
 struct TriangleHit {
-    t: f32,
-    back: bool,
-    valid: bool,
+    height: f32, // of the plane over the ray's origin
+    slope: f32, // by how much the ray gains on it per unit of t; above 0: seen from behind
+    valid: bool, // the line meets the triangle
+}
+
+fn distance_to(found: TriangleHit) -> f32 {
+    return found.height / found.slope;
 }
 
 // The plane that a ray's triangle tests look at: across its direction, sheared along the axis that it runs along most
@@ -45,14 +50,12 @@ fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vert
     let y = vec3f(dot(view.row_y, a), dot(view.row_y, b), dot(view.row_y, c));
     // Twice the areas that the ray spans with edges 1-2, 2-0 and 0-1.
     let areas = x.zxy * y.yzx - y.zxy * x.yzx;
-    let lowest = min(areas.x, min(areas.y, areas.z));
-    let highest = max(areas.x, max(areas.y, areas.z));
     // The host's normal, from f64: of a sliver the cross product of the edges is noise in f32, and t with it. And a plane across an
     // axis has the same one whatever triangle spans it: of two faces in one place t is equal, and the lower index wins everywhere.
     let slope = dot(corners.normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
-    let valid = (lowest >= 0.0 || highest <= 0.0) && slope != 0.0;
-    return TriangleHit(select(0.0, dot(corners.normal, a) / select(1.0, slope, valid), valid), slope > 0.0, valid);
+    let valid = (all(areas >= vec3f(0.0)) || all(areas <= vec3f(0.0))) && slope != 0.0;
+    return TriangleHit(dot(corners.normal, a), slope, valid);
 }
 
 // Moeller and Trumbore 1997: what the HAS_WATERTIGHT test is measured against. Neighbours compute different numbers for the
@@ -63,14 +66,14 @@ fn moeller_trumbore(origin: vec3f, direction: vec3f, v0: vec3f, v1: vec3f, v2: v
     let p = cross(direction, e2);
     let determinant = dot(e1, p);
     if (determinant == 0.0) {
-        return TriangleHit(0.0, false, false);
+        return TriangleHit(0.0, 0.0, false);
     }
     let from_v0 = origin - v0;
     let q = cross(from_v0, e1);
     let u = dot(from_v0, p) / determinant;
     let v = dot(direction, q) / determinant;
     let inside = min(u, v) >= 0.0 && u + v <= 1.0;
-    return TriangleHit(dot(e2, q) / determinant, (determinant < 0.0), inside);
+    return TriangleHit(-dot(e2, q), -determinant, inside);
 }
 
 // Weights of vertices 1 and 2 where the ray meets the triangle's plane (Moeller and Trumbore 1997): once for a hit, from the
@@ -138,24 +141,44 @@ fn intersect_children(
     let leave_x = vec4f(unpack4xU8(far_x)) * step.x + far_start.x;
     let leave_y = vec4f(unpack4xU8(far_y)) * step.y + far_start.y;
     let leave_z = vec4f(unpack4xU8(far_z)) * step.z + far_start.z;
-    let enter = max(max(enter_x, enter_y), max(enter_z, vec4f(t_min)));
-    let leave = min(min(leave_x, leave_y), min(leave_z, vec4f(t_max)));
+    let enter = greater(greater(enter_x, enter_y), greater(enter_z, vec4f(t_min)));
+    let leave = lesser(lesser(leave_x, leave_y), lesser(leave_z, vec4f(t_max)));
     let bits = select(vec4u(0u), unpack4xU8(child_bits) << unpack4xU8(bit_index), enter <= leave);
     return bits.x | bits.y | bits.z | bits.w;
 }
 
+// A node of the hierarchy: eight children, each a node or up to three triangles, with boxes on a grid of 256 steps to a side.
+struct Node {
+    corner: vec3f, // of the grid, scene space
+    exponents: vec3u, // of the grid's steps: powers of two, biased as f32's
+    inner: u32, // bit k: child k is a node
+    first_child: u32, // its nodes lie side by side, those of lower children first
+    first_leaf: u32, // .. and so do its triangles, in leaf order
+    child_slots: vec2u, // a byte for each child: see intersect_children
+    bounds_x: vec4u, // a byte for each child: min of children 0-3, 4-7, max of children 0-3, 4-7
+    bounds_y: vec4u,
+    bounds_z: vec4u,
+}
+
+const NODE_WORDS: u32 = 5u;
+
+// All of it at once: what is loaded twice drivers load twice.
+fn load_node(index: u32) -> Node {
+    let word = index * NODE_WORDS;
+    let head = node_word(word);
+    let second = node_word(word + 1u);
+    let exponents = (vec3u(head.w) >> vec3u(0u, 8u, 16u)) & vec3u(0xffu);
+    return Node(
+        bitcast<vec3f>(head.xyz), exponents, head.w >> 24u, second.x, second.y, second.zw,
+        node_word(word + 2u), node_word(word + 3u), node_word(word + 4u),
+    );
+}
+
 // The children that the ray meets in [t_min, t_max]: bits 24-31 inner nodes in the order to visit them (highest first), bits
 // 0-23 triangles from the node's first.
-fn intersect_node(ray: BoxRay, word: u32, t_min: f32, t_max: f32) -> u32 {
-    let head = node_word(word);
-    let child_slots = node_word(word + 1u).zw;
-    let bounds_x = node_word(word + 2u); // min of children 0-3, 4-7, max of children 0-3, 4-7
-    let bounds_y = node_word(word + 3u);
-    let bounds_z = node_word(word + 4u);
-
-    let exponents = (vec3u(head.w) >> vec3u(0u, 8u, 16u)) & vec3u(0xffu);
-    let step = bitcast<vec3f>(exponents << vec3u(23u)) * ray.inverse;
-    let start = (bitcast<vec3f>(head.xyz) - ray.origin) * ray.inverse;
+fn intersect_node(ray: BoxRay, node: Node, t_min: f32, t_max: f32) -> u32 {
+    let step = bitcast<vec3f>(node.exponents << vec3u(23u)) * ray.inverse;
+    let start = (node.corner - ray.origin) * ray.inverse;
     // Widened by more than all roundings here and in the builder's quantisation (cf. Ize 2013), so no box is missed.
     let slack = 4.7683716e-7 * (abs(start) + 256.0 * abs(step)); // 2^-21
     var near_start = start;
@@ -165,12 +188,13 @@ fn intersect_node(ray: BoxRay, word: u32, t_min: f32, t_max: f32) -> u32 {
         far_start += slack;
     }
 
-    let near_x = select(bounds_x.xy, bounds_x.zw, ray.negative.x);
-    let far_x = select(bounds_x.zw, bounds_x.xy, ray.negative.x);
-    let near_y = select(bounds_y.xy, bounds_y.zw, ray.negative.y);
-    let far_y = select(bounds_y.zw, bounds_y.xy, ray.negative.y);
-    let near_z = select(bounds_z.xy, bounds_z.zw, ray.negative.z);
-    let far_z = select(bounds_z.zw, bounds_z.xy, ray.negative.z);
-    return intersect_children(child_slots.x, ray.octant, near_x.x, far_x.x, near_y.x, far_y.x, near_z.x, far_z.x, step, near_start, far_start, t_min, t_max)
-        | intersect_children(child_slots.y, ray.octant, near_x.y, far_x.y, near_y.y, far_y.y, near_z.y, far_z.y, step, near_start, far_start, t_min, t_max);
+    let near_x = select(node.bounds_x.xy, node.bounds_x.zw, ray.negative.x);
+    let far_x = select(node.bounds_x.zw, node.bounds_x.xy, ray.negative.x);
+    let near_y = select(node.bounds_y.xy, node.bounds_y.zw, ray.negative.y);
+    let far_y = select(node.bounds_y.zw, node.bounds_y.xy, ray.negative.y);
+    let near_z = select(node.bounds_z.xy, node.bounds_z.zw, ray.negative.z);
+    let far_z = select(node.bounds_z.zw, node.bounds_z.xy, ray.negative.z);
+    let slots = node.child_slots;
+    return intersect_children(slots.x, ray.octant, near_x.x, far_x.x, near_y.x, far_y.x, near_z.x, far_z.x, step, near_start, far_start, t_min, t_max)
+        | intersect_children(slots.y, ray.octant, near_x.y, far_x.y, near_y.y, far_y.y, near_z.y, far_z.y, step, near_start, far_start, t_min, t_max);
 }

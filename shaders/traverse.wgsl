@@ -4,8 +4,6 @@
 var<private> node_visits: u32;
 var<private> triangle_tests: u32;
 
-const NODE_WORDS: u32 = 5u;
-
 // Where node visits and triangle tests of this iteration end, in the midst of a ray if need be: what the ray has found and what it
 // has still to visit is left in `state`, and the next iteration goes on with it.
 var<private> suspended: bool; // the ray last traced, which is also the next
@@ -14,6 +12,9 @@ var<private> traversal_slot: u32; // whose storage it is
 fn suspended_plane(word: u32) -> u32 {
     return item_plane(frame.stack_capacity + EXTRA_ITEMS) + word;
 }
+
+// Groups of a traversal's stack that lie in variables: the uppermost.
+const STACK_VARIABLES: u32 = 4u;
 
 fn store_traversal(hit: Hit, group: vec2u, height: u32) {
     store_word(suspended_plane(0u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
@@ -42,7 +43,13 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     if (HAS_WATERTIGHT) {
         view = view_along(direction);
     }
-    var stack: array<vec2u, TRAVERSAL_STACK>;
+    // Groups to come back to. The uppermost are variables and move up and down by one, since to store at an index that differs by
+    // lane takes a branch for each lane; what few rays have below them lies in an array.
+    var top: vec2u;
+    var second: vec2u;
+    var third: vec2u;
+    var fourth: vec2u;
+    var below: array<vec2u, TRAVERSAL_STACK - STACK_VARIABLES>;
     var height = 0u;
     // A group: (first child, bits of children still to visit in the upper byte | which children are inner nodes).
     var group = vec2u(0u, 0x80000000u);
@@ -53,8 +60,14 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             hit = Hit(bitcast<f32>(found.x), found.y, found.z, found.w != 0u);
             group = place.xy;
             height = place.z;
-            for (var k = 0u; k < height; k++) {
-                stack[k] = load_word(suspended_plane(SUSPENDED_HEAD + k), traversal_slot).xy;
+            let upper = load_word(suspended_plane(SUSPENDED_HEAD), traversal_slot);
+            let lower = load_word(suspended_plane(SUSPENDED_HEAD + 1u), traversal_slot);
+            top = upper.xy;
+            second = upper.zw;
+            third = lower.xy;
+            fourth = lower.zw;
+            for (var k = STACK_VARIABLES; k < height; k++) {
+                below[k - STACK_VARIABLES] = load_word(suspended_plane(SUSPENDED_HEAD + k - 2u), traversal_slot).xy;
             }
             suspended = false;
         }
@@ -63,8 +76,10 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         if (HAS_LONG_RAYS) {
             if (node_visits + triangle_tests >= frame.step_budget) {
                 store_traversal(hit, group, height);
-                for (var k = 0u; k < height; k++) {
-                    store_word(suspended_plane(SUSPENDED_HEAD + k), traversal_slot, vec4u(stack[k], 0u, 0u));
+                store_word(suspended_plane(SUSPENDED_HEAD), traversal_slot, vec4u(top, second));
+                store_word(suspended_plane(SUSPENDED_HEAD + 1u), traversal_slot, vec4u(third, fourth));
+                for (var k = STACK_VARIABLES; k < height; k++) {
+                    store_word(suspended_plane(SUSPENDED_HEAD + k - 2u), traversal_slot, vec4u(below[k - STACK_VARIABLES], 0u, 0u));
                 }
                 suspended = true;
                 break;
@@ -73,24 +88,19 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         // Take the next node of the group; keep what remains of the group for later.
         let bit = firstLeadingBit(group.y);
         let which_inner = group.y & 0xffu;
-        group.y &= ~(1u << bit);
-        if (group.y > 0x00ffffffu) {
-            stack[height] = group;
-            height += 1u;
-        }
+        let rest = vec2u(group.x, group.y & ~(1u << bit));
         let slot = (bit - 24u) ^ (ray.octant & 0xffu);
         let child = group.x + countOneBits(which_inner & ~(0xffffffffu << slot));
-        let word = child * NODE_WORDS;
-        let bits = intersect_node(ray, word, t_min, hit.t);
+        let node = load_node(child);
+        let bits = intersect_node(ray, node, t_min, hit.t);
         node_visits += 1u;
-        let bases = node_word(word + 1u).xy;
-        group = vec2u(bases.x, (bits & 0xff000000u) | (node_word(word).w >> 24u));
+        group = vec2u(node.first_child, (bits & 0xff000000u) | node.inner);
 
         var leaf_bits = bits & 0x00ffffffu;
         while (leaf_bits != 0u) {
             let offset = firstTrailingBit(leaf_bits);
             leaf_bits &= leaf_bits - 1u;
-            let leaf = bases.y + offset;
+            let leaf = node.first_leaf + offset;
             let corners = leaf_positions(leaf);
             var found: TriangleHit;
             if (HAS_WATERTIGHT) {
@@ -99,13 +109,17 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 found = moeller_trumbore(origin, direction, corners.v0, corners.v1, corners.v2);
             }
             triangle_tests += 1u;
-            if (!found.valid || found.t < t_min || found.t > hit.t) {
+            if (!found.valid) {
+                continue;
+            }
+            let t = distance_to(found);
+            if (t < t_min || t > hit.t) {
                 continue;
             }
             let entry = leaf_triangle(leaf).entry;
             let triangle = entry & LEAF_TRIANGLE;
-            let closer = found.t < hit.t || triangle < hit.triangle;
-            let beyond = found.t > t_min || (t_min != 0.0 && triangle > after);
+            let closer = t < hit.t || triangle < hit.triangle;
+            let beyond = t > t_min || (t_min != 0.0 && triangle > after);
             if (!closer || !beyond || triangle == after) {
                 continue;
             }
@@ -114,11 +128,11 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 continue;
             }
             if (HAS_CULLING) {
-                if (found.back && !shadow && (entry & LEAF_CULLED) != 0u) {
+                if (found.slope > 0.0 && !shadow && (entry & LEAF_CULLED) != 0u) {
                     continue;
                 }
             }
-            hit = Hit(found.t, triangle, leaf, found.back);
+            hit = Hit(t, triangle, leaf, found.slope > 0.0);
             if (shadow) {
                 if (HAS_TRANSPARENT_SHADOWS) {
                     if ((entry & LEAF_TRANSPARENT) != 0u) {
@@ -129,12 +143,31 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             }
         }
 
-        if (group.y <= 0x00ffffffu) {
+        if (group.y > 0x00ffffffu) {
+            if (rest.y > 0x00ffffffu) {
+                if (height >= STACK_VARIABLES) {
+                    below[height - STACK_VARIABLES] = fourth;
+                }
+                fourth = third;
+                third = second;
+                second = top;
+                top = rest;
+                height += 1u;
+            }
+        } else if (rest.y > 0x00ffffffu) {
+            group = rest;
+        } else {
             if (height == 0u) {
                 break;
             }
             height -= 1u;
-            group = stack[height];
+            group = top;
+            top = second;
+            second = third;
+            third = fourth;
+            if (height >= STACK_VARIABLES) {
+                fourth = below[height - STACK_VARIABLES];
+            }
         }
     }
     return hit;

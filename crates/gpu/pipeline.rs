@@ -9,9 +9,9 @@ use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
     BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor,
-    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModuleDescriptor,
-    ShaderSource, ShaderStages, StorageTextureAccess, TextureFormat, TextureView,
-    TextureViewDescriptor, TextureViewDimension,
+    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModule,
+    ShaderModuleDescriptor, ShaderRuntimeChecks, ShaderSource, ShaderStages, StorageTextureAccess,
+    TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
@@ -107,10 +107,7 @@ impl Pipeline {
         module: Module,
     ) -> Result<Self, DeviceError> {
         let bindings = bindings_of(&module);
-        let shader = device.device.create_shader_module(ShaderModuleDescriptor {
-            label: Some(kernel.name()),
-            source: ShaderSource::Naga(Cow::Owned(module)),
-        });
+        let shader = shader_module(device, kernel, module);
         let groups = bindings
             .iter()
             .map(|binding| binding.group + 1)
@@ -192,6 +189,27 @@ impl Pipeline {
             Workgroups::Count(count) => pass.dispatch_workgroups(count, 1, 1),
             Workgroups::Listed(arguments) => pass.dispatch_workgroups_indirect(arguments, 0),
         }
+    }
+}
+
+/// Hands the module to wgpu, which checks every index as ever but counts no turns of loops: that costs 4 % of traversal
+/// (benches/README.md).
+fn shader_module(device: &Device, kernel: Kernel, module: Module) -> ShaderModule {
+    let descriptor = ShaderModuleDescriptor {
+        label: Some(kernel.name()),
+        source: ShaderSource::Naga(Cow::Owned(module)),
+    };
+    let checks = ShaderRuntimeChecks {
+        force_loop_bounding: false,
+        ..ShaderRuntimeChecks::checked()
+    };
+    #[allow(unsafe_code, reason = "wgpu offers it in no other way")]
+    // SAFETY: what has to hold is that no loop is without end. Modules come from `shaders/` alone, whose loops go through a tree of
+    // finite depth that `raytree_bvh` has built, through the bits of a word, or up to a count.
+    unsafe {
+        device
+            .device
+            .create_shader_module_trusted(descriptor, checks)
     }
 }
 

@@ -48,8 +48,8 @@ fn piece_triangle(@builtin(global_invocation_id) invocation: vec3u) {
     let corners = Vertices(vector(6u), vector(9u), vector(12u), vector(15u));
     let found = intersect_triangle(vector(0u), direction, view_along(direction), corners);
     let uv = barycentrics(vector(0u), direction, vector(6u), vector(9u), vector(12u));
-    answer_number(0u, found.t);
-    answer(1u, u32(found.back));
+    answer_number(0u, distance_to(found));
+    answer(1u, u32(found.slope > 0.0));
     answer(2u, u32(found.valid));
     answer_number(3u, uv.x);
     answer_number(4u, uv.y);
@@ -62,7 +62,7 @@ fn piece_boxes(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     let ray = box_ray(vector(0u), vector(3u));
-    answer(0u, intersect_node(ray, argument(7u) * NODE_WORDS, 0.0, number(6u)));
+    answer(0u, intersect_node(ray, load_node(argument(7u)), 0.0, number(6u)));
     answer(1u, ray.octant & 0xffu);
 }
 
