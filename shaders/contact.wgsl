@@ -135,20 +135,23 @@ fn cross_contact(stack: vec2u) -> Crossing {
 // Faces that are gathered are kept from iteration to iteration, beside a suspended traversal.
 fn store_contact() {
     let hit = contact.hit;
-    store_word(suspended_plane(2u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
-    store_word(suspended_plane(3u), traversal_slot, vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height)));
-    store_word(suspended_plane(4u), traversal_slot, vec4u(bitcast<vec3u>(contact.normal), bitcast<u32>(contact.reach)));
-    store_word(suspended_plane(5u), traversal_slot, vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined)));
-    store_word(suspended_plane(6u), traversal_slot, vec4u(contact.left, contact.entered));
+    let words = Words(
+        word_of_hit(hit),
+        vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height)),
+        vec4u(bitcast<vec3u>(contact.normal), bitcast<u32>(contact.reach)),
+        vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined)),
+        vec4u(contact.left, contact.entered),
+    );
+    store_words(suspended_plane(TRAVERSAL_WORDS), traversal_slot, words, CONTACT_WORDS);
 }
 
 fn load_contact() {
-    let hit = load_word(suspended_plane(2u), traversal_slot);
-    let first = load_word(suspended_plane(3u), traversal_slot);
-    let plane = load_word(suspended_plane(4u), traversal_slot);
-    let last = load_word(suspended_plane(5u), traversal_slot);
-    let sides = load_word(suspended_plane(6u), traversal_slot);
-    contact.hit = Hit(bitcast<f32>(hit.x), hit.y, hit.z, hit.w != 0u);
+    let words = load_words(suspended_plane(TRAVERSAL_WORDS), traversal_slot, CONTACT_WORDS);
+    let first = words[1];
+    let plane = words[2];
+    let last = words[3];
+    let sides = words[4];
+    contact.hit = hit_of_word(words[0]);
     contact.position = bitcast<vec3f>(first.xyz);
     contact.height = bitcast<f32>(first.w);
     contact.normal = bitcast<vec3f>(plane.xyz);

@@ -38,8 +38,13 @@ const ITEM_DEPTH_SHIFT: u32 = 4u;
 // Above them, in a program with long rays, lies that ray's traversal.
 const EXTRA_ITEMS: u32 = 2u;
 
-// Words of a suspended traversal before its stack, a vec4u for each entry: hit and place, then faces in contact.
-const SUSPENDED_HEAD: u32 = 7u;
+// What lies there, in words: hit, place and the upper groups of the traversal's stack; faces in contact; the groups below, two in a word.
+const TRAVERSAL_WORDS: u32 = 4u;
+const CONTACT_WORDS: u32 = 5u;
+const SUSPENDED_HEAD: u32 = 9u; // both of these
+
+const_assert SUSPENDED_HEAD == TRAVERSAL_WORDS + CONTACT_WORDS;
+const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, max(TRAVERSAL_WORDS, CONTACT_WORDS));
 
 // The plane of a level's first word.
 fn item_plane(level: u32) -> u32 {
@@ -57,10 +62,14 @@ fn store_item(slot: u32, level: u32, item: WorkItem) {
     if (HAS_SOLIDS) {
         rest = pack_rest(item.rest);
     }
-    store_word(item_plane(level) + 0u, slot, vec4u(bitcast<vec3u>(item.origin), select(item.after, item.hit.leaf, is_lights)));
-    store_word(item_plane(level) + 1u, slot, vec4u(bitcast<vec3u>(item.direction), flags));
-    store_word(item_plane(level) + 2u, slot, vec4u(bitcast<vec3u>(item.throughput), select(bound, item.light, is_lights)));
-    store_word(item_plane(level) + 3u, slot, vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)));
+    let words = Words(
+        vec4u(bitcast<vec3u>(item.origin), select(item.after, item.hit.leaf, is_lights)),
+        vec4u(bitcast<vec3u>(item.direction), flags),
+        vec4u(bitcast<vec3u>(item.throughput), select(bound, item.light, is_lights)),
+        vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)),
+        vec4u(0u),
+    );
+    store_words(item_plane(level), slot, words, ITEM_WORDS);
 }
 
 fn item_of(words: array<vec4u, ITEM_WORDS>) -> WorkItem {

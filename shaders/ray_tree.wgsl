@@ -25,8 +25,8 @@ fn take_slot(loaded: SlotState) {
 }
 
 fn store_slot(slot: u32) {
-    store_word(RADIANCE_PLANE, slot, bitcast<vec4u>(radiance));
-    store_word(COUNTS_PLANE, slot, vec4u(rays, common_rays, dropped));
+    let words = Words(bitcast<vec4u>(radiance), vec4u(rays, common_rays, dropped), vec4u(0u), vec4u(0u), vec4u(0u));
+    store_words(RADIANCE_PLANE, slot, words, 2u);
 }
 
 fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {

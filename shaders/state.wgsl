@@ -1,6 +1,7 @@
 // What kernels leave for each other: one list of texel-sized words in planes, a word for each slot (or place on the list) in each.
 // Lanes lie side by side, so that a vector of them reads one run of memory. In a storage buffer, since lavapipe takes 20 times
-// as long to store a texel; but loads from one are much code, so all of them go through one loop, whose end drivers can't know.
+// as long to store a texel; but a load from one, or a store, is much code (30 ms to compile), so what is more than a word goes through
+// loops whose end drivers can't know: they would unroll them.
 
 const RADIANCE_PLANE: u32 = 0u; // by slot: Slot.radiance
 const COUNTS_PLANE: u32 = 1u; // by slot: the rest of Slot
@@ -13,6 +14,37 @@ fn store_word(plane: u32, place: u32, word: vec4u) {
 
 fn load_word(plane: u32, place: u32) -> vec4u {
     return state[plane * frame.slot_count + place];
+}
+
+// Words that belong together, in planes one above the other.
+const WORDS_AT_ONCE: u32 = 5u;
+alias Words = array<vec4u, WORDS_AT_ONCE>;
+
+// The first `count` of them.
+fn store_words(plane: u32, place: u32, words: Words, count: u32) {
+    let end = count + frame.zero;
+    for (var k = 0u; k < end; k++) {
+        var word = words[0];
+        word = select(word, words[1], k == 1u);
+        word = select(word, words[2], k == 2u);
+        word = select(word, words[3], k == 3u);
+        word = select(word, words[4], k == 4u);
+        store_word(plane + k, place, word);
+    }
+}
+
+fn load_words(plane: u32, place: u32, count: u32) -> Words {
+    var words: Words;
+    let end = count + frame.zero;
+    for (var k = 0u; k < end; k++) {
+        let word = load_word(plane + k, place);
+        words[0] = select(words[0], word, k == 0u);
+        words[1] = select(words[1], word, k == 1u);
+        words[2] = select(words[2], word, k == 2u);
+        words[3] = select(words[3], word, k == 3u);
+        words[4] = select(words[4], word, k == 4u);
+    }
+    return words;
 }
 
 // The words of a slot, of a place on the list, and of an item on the slot's stack.

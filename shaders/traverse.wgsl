@@ -16,9 +16,17 @@ fn suspended_plane(word: u32) -> u32 {
 // Groups of a traversal's stack that lie in variables: the uppermost.
 const STACK_VARIABLES: u32 = 4u;
 
-fn store_traversal(hit: Hit, group: vec2u, height: u32) {
-    store_word(suspended_plane(0u), traversal_slot, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back)));
-    store_word(suspended_plane(1u), traversal_slot, vec4u(group, height, 0u));
+// Of the groups below them, two in a word.
+fn below_plane(k: u32) -> u32 {
+    return suspended_plane(SUSPENDED_HEAD + k / 2u);
+}
+
+fn word_of_hit(hit: Hit) -> vec4u {
+    return vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back));
+}
+
+fn hit_of_word(word: vec4u) -> Hit {
+    return Hit(bitcast<f32>(word.x), word.y, word.z, word.w != 0u);
 }
 
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
@@ -55,19 +63,18 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var group = vec2u(0u, 0x80000000u);
     if (HAS_LONG_RAYS) {
         if (suspended) {
-            let found = load_word(suspended_plane(0u), traversal_slot);
-            let place = load_word(suspended_plane(1u), traversal_slot);
-            hit = Hit(bitcast<f32>(found.x), found.y, found.z, found.w != 0u);
-            group = place.xy;
-            height = place.z;
-            let upper = load_word(suspended_plane(SUSPENDED_HEAD), traversal_slot);
-            let lower = load_word(suspended_plane(SUSPENDED_HEAD + 1u), traversal_slot);
-            top = upper.xy;
-            second = upper.zw;
-            third = lower.xy;
-            fourth = lower.zw;
-            for (var k = STACK_VARIABLES; k < height; k++) {
-                below[k - STACK_VARIABLES] = load_word(suspended_plane(SUSPENDED_HEAD + k - 2u), traversal_slot).xy;
+            let words = load_words(suspended_plane(0u), traversal_slot, TRAVERSAL_WORDS);
+            hit = hit_of_word(words[0]);
+            group = words[1].xy;
+            height = words[1].z;
+            top = words[2].xy;
+            second = words[2].zw;
+            third = words[3].xy;
+            fourth = words[3].zw;
+            for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
+                let pair = load_word(below_plane(k), traversal_slot);
+                below[k] = pair.xy;
+                below[k + 1u] = pair.zw;
             }
             suspended = false;
         }
@@ -75,11 +82,10 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     loop {
         if (HAS_LONG_RAYS) {
             if (node_visits + triangle_tests >= frame.step_budget) {
-                store_traversal(hit, group, height);
-                store_word(suspended_plane(SUSPENDED_HEAD), traversal_slot, vec4u(top, second));
-                store_word(suspended_plane(SUSPENDED_HEAD + 1u), traversal_slot, vec4u(third, fourth));
-                for (var k = STACK_VARIABLES; k < height; k++) {
-                    store_word(suspended_plane(SUSPENDED_HEAD + k - 2u), traversal_slot, vec4u(below[k - STACK_VARIABLES], 0u, 0u));
+                let words = Words(word_of_hit(hit), vec4u(group, height, 0u), vec4u(top, second), vec4u(third, fourth), vec4u(0u));
+                store_words(suspended_plane(0u), traversal_slot, words, TRAVERSAL_WORDS);
+                for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
+                    store_word(below_plane(k), traversal_slot, vec4u(below[k], below[k + 1u]));
                 }
                 suspended = true;
                 break;

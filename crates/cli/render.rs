@@ -1,6 +1,8 @@
 //! `raytree render`: import, light, choose the view, render, write, report.
 
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use raytree::{Device, RenderError, RenderSettings, Scene};
@@ -17,7 +19,7 @@ use crate::summary;
 use crate::values;
 use crate::view;
 
-/// All that needs no device is checked before one is opened.
+/// What is wrong with anything but the device is said first.
 pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let started = Instant::now();
     let outputs = Outputs::plan(args)?;
@@ -25,7 +27,13 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let progress = Progress::new(console.shows_progress());
     progress.stage("importing");
-    let (prepared, import) = timed(|| prepare(args, &outputs));
+    let choice = values::device(&args.quality.device);
+    let (prepared, import, opened, waited) = thread::scope(|scope| {
+        let opening = scope.spawn(|| Device::open(&choice));
+        let (prepared, import) = timed(|| prepare(args, &outputs));
+        let (opened, waited) = timed(|| opening.join());
+        (prepared, import, opened, waited)
+    });
     let Prepared {
         scene,
         contents,
@@ -36,7 +44,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     cancel::check()?;
 
     progress.stage("preparing");
-    let device = Device::open(&values::device(&args.quality.device))?;
+    let device = opened.unwrap_or_else(|panic| resume_unwind(panic))?;
     let mut observer = |state: raytree::Progress| {
         progress.rendered(state.finished);
         if cancel::requested() {
@@ -57,6 +65,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let times = Times {
         import,
+        device: waited,
         write,
         total: started.elapsed(),
     };

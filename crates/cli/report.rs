@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use raytree::model::{Frame, Surroundings, Warning};
-use raytree::{Background, Counters, DeviceInfo, Dropped, RenderSettings, Rendering, Scene};
+use raytree::{
+    Background, Counters, DeviceInfo, Dropped, Kernel, RenderSettings, Rendering, Scene,
+};
 use serde_json::{Value, json};
 
 use crate::args::{BitsChoice, LightingArgs, RenderArgs, spelled};
@@ -35,6 +37,8 @@ impl Contents {
 pub struct Times {
     /// Scene and environment into memory.
     pub import: Duration,
+    /// Waiting for the device to open, which it does while the scene is read.
+    pub device: Duration,
     /// Pictures into files.
     pub write: Duration,
     /// All of it, opening the device included.
@@ -81,6 +85,7 @@ impl Report<'_> {
             "settings": self.settings_json(),
             "features": { "used": used, "left_out": left_out },
             "time_ms": self.times_json(),
+            "compile_ms": self.compile_json(),
             "counters": self.rendering.counters.as_ref().map(counters_json),
             "dropped": dropped_json(self.rendering.dropped),
             "outputs": outputs,
@@ -115,17 +120,37 @@ impl Report<'_> {
         })
     }
 
+    /// What everything took, in the order in which it was done; they add up to the total.
+    pub fn stages(&self) -> Vec<(&'static str, Duration)> {
+        let (times, rendering) = (self.times, self.rendering.times);
+        let mut stages = vec![
+            ("import", times.import),
+            ("device", times.device),
+            ("bvh", self.rendering.bvh_time),
+            ("layout", rendering.layout),
+            ("program", rendering.program),
+            ("compile", rendering.compile),
+            ("render", rendering.render),
+            ("write", times.write),
+        ];
+        let known: Duration = stages.iter().map(|(_, time)| *time).sum();
+        stages.push(("other", times.total.saturating_sub(known)));
+        stages
+    }
+
     fn times_json(&self) -> Value {
-        let (times, rendering) = (self.times, self.rendering);
-        json!({
-            "import": milliseconds(times.import),
-            "bvh": milliseconds(rendering.bvh_time),
-            "program": milliseconds(rendering.times.program),
-            "compile": milliseconds(rendering.times.compile),
-            "render": milliseconds(rendering.times.render),
-            "write": milliseconds(times.write),
-            "total": milliseconds(times.total),
-        })
+        let total = ("total", self.times.total);
+        let stages = self.stages().into_iter().chain([total]);
+        stages
+            .map(|(name, time)| (name, milliseconds(time)))
+            .collect()
+    }
+
+    fn compile_json(&self) -> Value {
+        let kernels = Kernel::PICTURE.iter().zip(self.rendering.times.kernels);
+        kernels
+            .map(|(kernel, time)| (kernel.name(), milliseconds(time)))
+            .collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-use raytree::Dropped;
+use raytree::{Dropped, Kernel, RenderTimes};
 
 use crate::report::Report;
 
@@ -86,17 +86,15 @@ pub fn details(report: &Report<'_>) -> String {
         1 => "in one iteration".to_owned(),
         n => format!("in {n} iterations"),
     };
-    let times = [
-        ("import", report.times.import, ""),
-        ("bvh", rendering.bvh_time, ""),
-        ("program", rendering.times.program, ""),
-        ("compile", rendering.times.compile, ""),
-        ("render", rendering.times.render, iterations.as_str()),
-        ("write", report.times.write, ""),
-        ("total", report.times.total, ""),
-    ];
-    for (name, time, note) in times {
-        let milliseconds = time.as_secs_f64() * 1e3;
+    let kernels = kernels(&rendering.times);
+    let total = ("total", report.times.total);
+    for (name, time) in report.stages().into_iter().chain([total]) {
+        let note = match name {
+            "compile" => kernels.as_str(),
+            "render" => iterations.as_str(),
+            _ => "",
+        };
+        let milliseconds = milliseconds(time);
         row(name, format!("{milliseconds:9.1} ms  {note}").trim_end());
     }
     if let Some(counters) = &rendering.counters {
@@ -128,6 +126,19 @@ pub fn details(report: &Report<'_>) -> String {
     }
     text.truncate(text.trim_end().len());
     text
+}
+
+/// What each kernel's first dispatch took.
+fn kernels(times: &RenderTimes) -> String {
+    let kernels = Kernel::PICTURE.iter().zip(times.kernels);
+    let parts: Vec<String> = kernels
+        .map(|(kernel, time)| format!("{} {:.1}", kernel.name(), milliseconds(time)))
+        .collect();
+    parts.join(", ")
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
 }
 
 fn list(labels: &[&str]) -> String {

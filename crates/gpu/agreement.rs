@@ -5,7 +5,7 @@ use naga::{Expression, Literal, Module};
 use crate::{
     batch::TILE_PIXELS,
     pass::ITEM_BYTES,
-    render::{EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, SUSPENDED_HEAD},
+    render::{EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES, SUSPENDED_HEAD},
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
     upload,
@@ -52,6 +52,7 @@ fn the_largest_radiance_is_the_same() {
 fn a_slot_has_room_for_what_a_dispatch_leaves() {
     assert_eq!(constant(&shaders(), "EXTRA_ITEMS"), EXTRA_ITEMS);
     assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
+    assert_eq!(constant(&shaders(), "STACK_VARIABLES"), STACK_VARIABLES);
     assert_eq!(constant(&shaders(), "STACK_PLANE"), STACK_PLANE);
 }
 

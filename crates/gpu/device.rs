@@ -7,7 +7,7 @@ use std::{
 
 use wgpu::{
     Adapter, AdapterInfo, Backends, DeviceDescriptor, DeviceType, Features, Instance,
-    InstanceDescriptor, InstanceFlags, PollError, PollType,
+    InstanceDescriptor, InstanceFlags, PollError, PollType, SubmissionIndex,
 };
 
 use crate::program::ProgramFeatures;
@@ -256,8 +256,17 @@ impl Device {
 
     /// Waits until everything submitted is done.
     pub(crate) fn wait(&self) -> Result<(), DeviceError> {
+        self.wait_until(None)
+    }
+
+    /// Waits until a submission is done, and those before it.
+    pub(crate) fn wait_for(&self, index: &SubmissionIndex) -> Result<(), DeviceError> {
+        self.wait_until(Some(index.clone()))
+    }
+
+    fn wait_until(&self, submission_index: Option<SubmissionIndex>) -> Result<(), DeviceError> {
         let waited = self.device.poll(PollType::Wait {
-            submission_index: None,
+            submission_index,
             timeout: Some(DISPATCH_TIMEOUT),
         });
         self.check()?;

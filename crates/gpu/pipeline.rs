@@ -11,7 +11,7 @@ use wgpu::{
     BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor,
     ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModule,
     ShaderModuleDescriptor, ShaderRuntimeChecks, ShaderSource, ShaderStages, StorageTextureAccess,
-    TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
+    SubmissionIndex, TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use crate::{
@@ -363,30 +363,52 @@ impl Resources {
     }
 }
 
+/// Bytes on their way to the host.
+pub(crate) struct ComingBack {
+    staging: Buffer,
+    index: SubmissionIndex,
+}
+
+impl ComingBack {
+    /// Copies the first `size` bytes of a buffer, after everything submitted before.
+    pub(crate) fn begin(device: &Device, buffer: &Buffer, size: u64) -> Self {
+        let staging = device.device.create_buffer(&BufferDescriptor {
+            label: Some("read back"),
+            size,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
+        let index = device.queue.submit([encoder.finish()]);
+        Self { staging, index }
+    }
+
+    /// Waits until they are there.
+    pub(crate) fn wait(&self, device: &Device) -> Result<Vec<u8>, DeviceError> {
+        mapped(device, &self.staging, &self.index)
+    }
+}
+
 /// Copies the first `size` bytes of a buffer back. Waits for everything submitted before.
 pub(crate) fn read_back(
     device: &Device,
     buffer: &Buffer,
     size: u64,
 ) -> Result<Vec<u8>, DeviceError> {
-    let staging = device.device.create_buffer(&BufferDescriptor {
-        label: Some("read back"),
-        size,
-        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device
-        .device
-        .create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
-    device.queue.submit([encoder.finish()]);
-    mapped(device, &staging)
+    ComingBack::begin(device, buffer, size).wait(device)
 }
 
-/// What a buffer for reading back holds when everything submitted is done.
-pub(crate) fn mapped(device: &Device, staging: &Buffer) -> Result<Vec<u8>, DeviceError> {
+/// What a buffer for reading back holds when a submission is done.
+pub(crate) fn mapped(
+    device: &Device,
+    staging: &Buffer,
+    index: &SubmissionIndex,
+) -> Result<Vec<u8>, DeviceError> {
     staging.map_async(wgpu::MapMode::Read, .., |_| {});
-    device.wait()?;
+    device.wait_for(index)?;
     let view = staging
         .get_mapped_range(..)
         .map_err(|error| device.lost(error.to_string()))?;

@@ -27,7 +27,7 @@ use crate::{
     statistics::{Counters, Dropped},
     types::{Aov, Frame, MAX_SAMPLES, Slot},
     upload::{GpuScene, in_range},
-    wavefront::{STEP_BUDGET, Wavefront},
+    wavefront::{STEP_BUDGET, SlotsComing, Wavefront},
 };
 
 /// Of the same name in `shaders/state.wgsl`.
@@ -39,8 +39,11 @@ const STATE_BYTES: u64 = 64 << 20;
 /// Of the same name in `shaders/ray_stack.wgsl`.
 pub(crate) const EXTRA_ITEMS: u32 = 2;
 
-/// Words of 16 bytes that a suspended traversal takes beside its stack; of the same name in `shaders/ray_stack.wgsl`.
-pub(crate) const SUSPENDED_HEAD: u32 = 7;
+/// Words of 16 bytes that a suspended traversal takes beside the lower part of its stack; of the same name in `shaders/ray_stack.wgsl`.
+pub(crate) const SUSPENDED_HEAD: u32 = 9;
+
+/// Of the same name in `shaders/traverse.wgsl`.
+pub(crate) const STACK_VARIABLES: u32 = 4;
 
 /// Slots and levels of a stack that an entry of a list can name (`shaders/work_lists.wgsl`).
 pub(crate) const MOST_SLOTS: u32 = 1 << 20;
@@ -73,10 +76,14 @@ pub struct Rendered {
 /// Where a render's time went.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderTimes {
+    /// The scene to tables.
+    pub layout: Duration,
     /// Shader assembly, specialisation, pipeline creation, upload.
     pub program: Duration,
     /// The first dispatches, in which the driver compiles; they render nothing.
     pub compile: Duration,
+    /// Of these, each kernel's, in the order of [`Kernel::PICTURE`]. What was begun ahead counts from when it is waited for.
+    pub kernels: [Duration; 3],
     /// All dispatches that render, and reading back.
     pub render: Duration,
 }
@@ -126,11 +133,15 @@ pub fn render_ahead(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
     check(settings)?;
+    let mut times = RenderTimes::default();
     let started = Instant::now();
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+    times.layout = started.elapsed();
+
+    let started = Instant::now();
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
+    let mut wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
     let layers = settings
         .aovs
         .then(|| {
@@ -145,13 +156,10 @@ pub fn render_ahead(
             )
         })
         .transpose()?;
-    let mut times = RenderTimes {
-        program: started.elapsed(),
-        ..RenderTimes::default()
-    };
+    times.program = started.elapsed();
 
     let started = Instant::now();
-    wavefront.warm_up(device, &plan.frame, ahead)?;
+    times.kernels = wavefront.warm_up(device, &plan.frame, ahead)?;
     if let Some(layers) = &layers {
         layers.warm_up(device, &plan)?;
     }
@@ -159,10 +167,15 @@ pub fn render_ahead(
 
     let started = Instant::now();
     let region = settings.visible_region();
-    let mut film = Film::windowed(region.width, region.height, settings.window());
-    let mut rays = vec![0_u32; film.pixel_count()];
+    let mut developed = Developed::new(Film::windowed(
+        region.width,
+        region.height,
+        settings.window(),
+    ));
     let mut counters = Counters::default();
     let mut iterations = 0;
+    // The batch before is developed while the device works on the next one.
+    let mut finished: Option<(Batch, SlotsComing)> = None;
     for &batch in &plan.batches {
         for sample in 0..settings.samples {
             let frame = Frame {
@@ -173,12 +186,27 @@ pub fn render_ahead(
                 let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
                 plan.tell(observer, batch, in_batch)
             };
-            iterations += wavefront.run(device, &frame, &mut counters, progress)?;
+            let meanwhile = || match finished.take() {
+                Some((before, slots)) => {
+                    developed.add(&plan, before, &slots.wait(device)?);
+                    Ok(())
+                }
+                None => Ok(()),
+            };
+            iterations += wavefront.run(device, &frame, &mut counters, progress, meanwhile)?;
         }
-        let slots = wavefront.slots(device, batch.tile_count * TILE_PIXELS)?;
-        counters.add_dropped(&slots);
-        plan.develop(batch, &slots, &mut film, &mut rays);
+        let slots = wavefront.fetch_slots(device, batch.tile_count * TILE_PIXELS);
+        finished = Some((batch, slots));
     }
+    if let Some((last, slots)) = finished {
+        developed.add(&plan, last, &slots.wait(device)?);
+    }
+    let Developed {
+        mut film,
+        rays,
+        dropped,
+    } = developed;
+    counters.set_dropped(dropped);
     times.render = started.elapsed();
 
     if let Some(pass) = &layers {
@@ -186,7 +214,6 @@ pub fn render_ahead(
         film.aovs = Some(render_aovs(device, scene, pass, &plan, rays)?);
         times.render += started.elapsed();
     }
-    let dropped = counters.dropped();
     let counters = settings.counters.then_some(counters);
     Ok(Rendered {
         film,
@@ -266,7 +293,8 @@ impl Plan {
         let mut slot_bytes =
             u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES + 16 * u64::from(STACK_PLANE);
         if features.has(Feature::LongRays) {
-            let words = SUSPENDED_HEAD + Limits::for_depth(bvh.depth).traversal_stack;
+            let below = Limits::for_depth(bvh.depth).traversal_stack - STACK_VARIABLES;
+            let words = SUSPENDED_HEAD + below.div_ceil(2);
             slot_bytes += 16 * u64::from(words);
         } else if features.has(Feature::Contact) {
             slot_bytes += 16 * u64::from(SUSPENDED_HEAD);
@@ -357,16 +385,35 @@ impl Plan {
             ..self.frame
         }
     }
+}
+
+/// What has come of finished batches.
+struct Developed {
+    film: Film,
+    /// Traced for each pixel.
+    rays: Vec<u32>,
+    dropped: Dropped,
+}
+
+impl Developed {
+    fn new(film: Film) -> Self {
+        Self {
+            rays: vec![0; film.pixel_count()],
+            dropped: Dropped::default(),
+            film,
+        }
+    }
 
     /// Finished slots to pixels.
-    fn develop(&self, batch: Batch, slots: &[Slot], film: &mut Film, rays: &mut [u32]) {
-        let share = f64::from(self.sample_count).recip();
+    fn add(&mut self, plan: &Plan, batch: Batch, slots: &[Slot]) {
+        let share = f64::from(plan.sample_count).recip();
         for (slot, index) in slots.iter().zip(0_u32..) {
-            if let Some(pixel) = self.tiling.pixel_of_slot(batch, index) {
+            self.dropped.add(slot);
+            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, index) {
                 let [r, g, b, alpha] = slot.radiance.map(|sum| (f64::from(sum) * share) as f32);
-                film.radiance[pixel] = [r, g, b];
-                film.alpha[pixel] = alpha.clamp(0.0, 1.0);
-                rays[pixel] = slot.rays;
+                self.film.radiance[pixel] = [r, g, b];
+                self.film.alpha[pixel] = alpha.clamp(0.0, 1.0);
+                self.rays[pixel] = slot.rays;
             }
         }
     }

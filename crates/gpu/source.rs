@@ -70,7 +70,7 @@ impl Limits {
     /// Capacities for a tree of `depth` levels, rounded up to few sizes so that few programs differ by it.
     #[must_use]
     pub fn for_depth(depth: u32) -> Self {
-        let traversal_stack = [8, 16, 32, 64]
+        let traversal_stack = [16, 32, 64]
             .into_iter()
             .find(|&size| size >= depth)
             .unwrap_or(depth);

@@ -64,6 +64,12 @@ pub struct Dropped {
 }
 
 impl Dropped {
+    /// Adds what a slot has dropped.
+    pub(crate) fn add(&mut self, slot: &Slot) {
+        self.storage += u64::from(slot.dropped_storage);
+        self.budget += u64::from(slot.dropped_budget);
+    }
+
     /// For either reason.
     #[must_use]
     pub fn total(self) -> u64 {
@@ -72,20 +78,10 @@ impl Dropped {
 }
 
 impl Counters {
-    /// What the picture lacks.
-    pub(crate) fn dropped(&self) -> Dropped {
-        Dropped {
-            storage: self.ended.storage,
-            budget: self.ended.budget,
-        }
-    }
-
-    /// Adds what slots have dropped.
-    pub(crate) fn add_dropped(&mut self, slots: &[Slot]) {
-        for slot in slots {
-            self.ended.storage += u64::from(slot.dropped_storage);
-            self.ended.budget += u64::from(slot.dropped_budget);
-        }
+    /// What slots have dropped, not the device's counters, says what ended for want of room.
+    pub(crate) fn set_dropped(&mut self, dropped: Dropped) {
+        self.ended.storage = dropped.storage;
+        self.ended.budget = dropped.budget;
     }
 
     /// Adds the counters of some dispatches; how many iterations they were.

@@ -1,15 +1,12 @@
 //! The kernels that make a picture: a sample's camera rays, then iterations that trace the rays on a list, shade what they hit
 //! and make the next list, until it is empty (`shaders/work_lists.wgsl`).
 
-use std::{
-    cell::Cell,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
 use wgpu::{
     BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
-    ComputePass, ComputePassDescriptor,
+    ComputePass, ComputePassDescriptor, SubmissionIndex,
 };
 
 use crate::{
@@ -18,7 +15,7 @@ use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     pass::Work,
-    pipeline::{Pipeline, Resources, Workgroups, mapped, read_back, submit},
+    pipeline::{ComingBack, Pipeline, Resources, Workgroups, mapped, submit},
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::{COUNTERS, Counters},
@@ -52,10 +49,28 @@ pub(crate) struct Wavefront {
     arguments: Buffer,
     /// A list without entries.
     empty: Buffer,
-    report: Buffer,
+    /// What submissions report, in turn: while the device works on one, the host hears of the one before.
+    reports: [Buffer; 2],
+    /// What was submitted last and not heard of.
+    in_flight: Option<InFlight>,
     most_iterations: u32,
     /// Iterations of the next submission: what fits [`AT_ONCE`], as far as is known.
-    at_once: Cell<u32>,
+    at_once: u32,
+}
+
+/// Iterations that the device is at work on.
+struct InFlight {
+    index: SubmissionIndex,
+    /// Which of the two reports is theirs.
+    report: usize,
+}
+
+/// What is known of iterations that are done.
+struct Done {
+    /// Slots that have a ray left.
+    left: u32,
+    /// How many iterations had rays to trace.
+    iterations: u32,
 }
 
 /// A kernel, bound to read either list.
@@ -162,9 +177,10 @@ impl Wavefront {
             shade_hits,
             arguments: buffer("arguments", list_bytes, BufferUsages::INDIRECT),
             empty,
-            report: buffer("report", REPORT_BYTES, BufferUsages::MAP_READ),
+            reports: [(); 2].map(|()| buffer("report", REPORT_BYTES, BufferUsages::MAP_READ)),
+            in_flight: None,
             most_iterations,
-            at_once: Cell::new(most_iterations.min(4)),
+            at_once: most_iterations.min(4),
             resources,
         })
     }
@@ -174,13 +190,13 @@ impl Wavefront {
         device.queue.write_buffer(buffer, 0, bytes);
     }
 
-    /// A dispatch of each kernel that does nothing: drivers that compile at the first dispatch do it here.
+    /// A dispatch of each kernel that does nothing: drivers that compile at the first dispatch do it here. What each took.
     pub(crate) fn warm_up(
         &self,
         device: &Device,
         frame: &Frame,
         ahead: Ahead,
-    ) -> Result<(), DeviceError> {
+    ) -> Result<[Duration; 3], DeviceError> {
         let nothing = Frame {
             slot_count: 0,
             tile_count: 1,
@@ -190,23 +206,64 @@ impl Wavefront {
         self.write(device, "frame", bytes_of(&nothing));
         self.write(device, "list_0", bytes_of(&WorkList::EMPTY));
         self.write(device, "list_1", bytes_of(&WorkList::EMPTY));
-        self.camera_rays.dispatch_once(device);
-        self.trace_rays.dispatch_once(device);
-        device.wait()?;
-        drop(ahead);
-        self.shade_hits.dispatch_once(device);
-        device.wait()
+        let timed = |kernel: &Bound, before: Option<Ahead>| {
+            let started = Instant::now();
+            drop(before);
+            kernel.dispatch_once(device);
+            device.wait()?;
+            Ok(started.elapsed())
+        };
+        Ok([
+            timed(&self.camera_rays, None)?,
+            timed(&self.trace_rays, None)?,
+            timed(&self.shade_hits, Some(ahead))?,
+        ])
     }
 
-    /// Renders a sample of each pixel of a batch. `observer` is told after each submission which share of the pixels is finished.
-    /// How many iterations it took.
+    /// Renders a sample of each pixel of a batch. `observer` is told after each submission which share of the pixels is finished;
+    /// `meanwhile` is called while the device works. How many iterations it took.
+    ///
+    /// Two submissions are under way at any time, so that the device need not wait for the host. So the last of them was submitted
+    /// before it was known that there is nothing left to do: it does nothing, and is heard of in the next run.
     pub(crate) fn run(
-        &self,
+        &mut self,
         device: &Device,
         frame: &Frame,
         counters: &mut Counters,
         mut observer: impl FnMut(f64) -> Result<(), RenderError>,
+        mut meanwhile: impl FnMut() -> Result<(), RenderError>,
     ) -> Result<u32, RenderError> {
+        let mut encoder = self.begin(device, frame);
+        let mut reads = 0;
+        let mut iterations = 0;
+        let mut is_ours = false;
+        let mut since = Instant::now();
+        loop {
+            for _ in 0..self.at_once {
+                self.iterate(&mut encoder, reads);
+                reads = 1 - reads;
+            }
+            let earlier = self.submit(device, encoder, reads);
+            meanwhile()?;
+            if let Some(earlier) = earlier {
+                let done = self.hear_of(device, &earlier, counters)?;
+                if is_ours {
+                    iterations += done.iterations;
+                    observer(1.0 - f64::from(done.left) / f64::from(frame.slot_count))?;
+                    if done.left == 0 {
+                        return Ok(iterations);
+                    }
+                    self.adapt(since.elapsed());
+                    since = Instant::now();
+                }
+            }
+            is_ours = true;
+            encoder = self.recording(device);
+        }
+    }
+
+    /// Records the camera rays of a batch, which make the first list.
+    fn begin(&self, device: &Device, frame: &Frame) -> CommandEncoder {
         self.write(device, "frame", bytes_of(frame));
         self.write(device, "list_0", bytes_of(&WorkList::EMPTY));
         let mut encoder = self.recording(device);
@@ -214,29 +271,15 @@ impl Wavefront {
         let workgroups = Workgroups::Count(frame.slot_count / TILE_PIXELS);
         self.camera_rays.dispatch(&mut pass, 1, workgroups);
         drop(pass);
-        let mut reads = 0;
-        let mut at_once = self.at_once.get();
-        let mut iterations = 0;
-        loop {
-            let started = Instant::now();
-            for _ in 0..at_once {
-                self.iterate(&mut encoder, reads);
-                reads = 1 - reads;
-            }
-            let (left, done) = self.report(device, encoder, reads, counters)?;
-            iterations += done;
-            observer(1.0 - f64::from(left) / f64::from(frame.slot_count))?;
-            if left == 0 {
-                return Ok(iterations);
-            }
-            let took = started.elapsed();
-            if took < AT_ONCE.start {
-                at_once = (2 * at_once).min(self.most_iterations);
-            } else if took > AT_ONCE.end {
-                at_once = (at_once / 2).max(1);
-            }
-            self.at_once.set(at_once);
-            encoder = self.recording(device);
+        encoder
+    }
+
+    /// Chooses how many iterations to submit at once, after those of a submission took so long.
+    fn adapt(&mut self, took: Duration) {
+        if took < AT_ONCE.start {
+            self.at_once = (2 * self.at_once).min(self.most_iterations);
+        } else if took > AT_ONCE.end {
+            self.at_once = (self.at_once / 2).max(1);
         }
     }
 
@@ -262,33 +305,64 @@ impl Wavefront {
         }
     }
 
-    /// Submits, waits, and adds up the counters: how many slots have a ray left, and how many iterations had rays to trace.
-    fn report(
-        &self,
+    /// Submits iterations after which kernels read list `reads`. The result: what was submitted before.
+    fn submit(
+        &mut self,
         device: &Device,
         mut encoder: CommandEncoder,
         reads: usize,
-        counters: &mut Counters,
-    ) -> Result<(u32, u32), DeviceError> {
+    ) -> Option<InFlight> {
+        let report = self.in_flight.as_ref().map_or(0, |last| 1 - last.report);
+        let to = &self.reports[report];
         let counted = 4 * COUNTERS as u64;
         let list = self.resources.buffer(&resource_name("list_in", reads));
         let size = size_of::<WorkList>() as u64;
         let counts = self.resources.buffer("counters");
-        encoder.copy_buffer_to_buffer(counts, 0, &self.report, 0, counted);
-        encoder.copy_buffer_to_buffer(list, 0, &self.report, counted, size);
-        device.queue.submit([encoder.finish()]);
-        let bytes = mapped(device, &self.report)?;
-        let (counts, list) = bytes.split_at(counted as usize);
-        let list: WorkList = pod_read_unaligned(list);
-        Ok((list.length, counters.add(cast_slice(counts))))
+        encoder.copy_buffer_to_buffer(counts, 0, to, 0, counted);
+        encoder.copy_buffer_to_buffer(list, 0, to, counted, size);
+        let index = device.queue.submit([encoder.finish()]);
+        self.in_flight.replace(InFlight { index, report })
     }
 
-    /// Waits for all dispatches, then a batch's slots: the first two planes (`shaders/state.wgsl`).
-    pub(crate) fn slots(&self, device: &Device, count: u32) -> Result<Vec<Slot>, DeviceError> {
+    /// Waits for a submission, and adds up its counters.
+    fn hear_of(
+        &self,
+        device: &Device,
+        earlier: &InFlight,
+        counters: &mut Counters,
+    ) -> Result<Done, DeviceError> {
+        let bytes = mapped(device, &self.reports[earlier.report], &earlier.index)?;
+        let (counts, list) = bytes.split_at(4 * COUNTERS);
+        let list: WorkList = pod_read_unaligned(list);
+        Ok(Done {
+            left: list.length,
+            iterations: counters.add(cast_slice(counts)),
+        })
+    }
+
+    /// Begins to copy a batch's slots to the host, after all that was submitted.
+    pub(crate) fn fetch_slots(&self, device: &Device, count: u32) -> SlotsComing {
         let state = self.resources.buffer("state");
-        let bytes = read_back(device, state, u64::from(count) * size_of::<Slot>() as u64)?;
+        let size = u64::from(count) * size_of::<Slot>() as u64;
+        SlotsComing {
+            bytes: ComingBack::begin(device, state, size),
+            count: count as usize,
+        }
+    }
+}
+
+/// Slots on their way to the host: the first two planes (`shaders/state.wgsl`).
+pub(crate) struct SlotsComing {
+    bytes: ComingBack,
+    count: usize,
+}
+
+impl SlotsComing {
+    /// Waits until they are there.
+    pub(crate) fn wait(&self, device: &Device) -> Result<Vec<Slot>, DeviceError> {
+        let bytes = self.bytes.wait(device)?;
         let words: &[[u32; 4]] = cast_slice(&bytes);
-        let (radiance, counts) = words.split_at(count as usize);
+        let (radiance, counts) = words.split_at(self.count);
         Ok(radiance
             .iter()
             .zip(counts)

@@ -36,7 +36,7 @@ pub use raytree_film::{
 use raytree_gpu::{Ahead, render_ahead};
 pub use raytree_gpu::{
     BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature,
-    Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
+    Kernel, Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
     Rendered, Shading, build_bvh, cost, list_devices,
 };
 pub use raytree_scene::{

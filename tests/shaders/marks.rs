@@ -162,7 +162,7 @@ pub const MARKS: &[Marks] = &[
     marks(
         Feature::LongRays,
         &[
-            "store_traversal",
+            "below_plane",
             "suspended",
             "Frame.step_budget",
             "traversal_slot",
