@@ -2,8 +2,11 @@
 #![allow(dead_code, reason = "each bench uses a part of it")]
 
 pub mod cpu_time;
+pub mod findings;
+pub mod frames;
 pub mod rays;
 pub mod summary;
+pub mod turns;
 
 use std::{path::Path, time::Duration};
 

@@ -125,77 +125,179 @@ pub fn render_ahead(
     (features, ahead): (ProgramFeatures, Ahead),
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
-    check(settings)?;
-    let started = Instant::now();
-    let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
-    let limits = Limits::for_depth(bvh.depth);
-    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
-    let layers = settings
-        .aovs
-        .then(|| {
-            Pass::new(
-                device,
-                Kernel::Aov,
-                // A single ray a pixel, within one dispatch.
-                features.with(Feature::LongRays, false),
-                limits,
-                &gpu_scene,
-                &plan.work(),
-            )
-        })
-        .transpose()?;
-    let mut times = RenderTimes {
-        program: started.elapsed(),
-        ..RenderTimes::default()
-    };
+    let mut prepared = Prepared::new(device, scene, bvh, settings, features)?;
+    prepared.compile(ahead)?;
+    prepared.render(observer)
+}
 
-    let started = Instant::now();
-    wavefront.warm_up(device, &plan.frame, ahead)?;
-    if let Some(layers) = &layers {
-        layers.warm_up(device, &plan)?;
-    }
-    times.compile = started.elapsed();
+/// A picture of which all is ready but the rays: [`render`] in its parts, for who times them.
+pub struct Prepared<'p> {
+    pub(crate) device: &'p Device,
+    pub(crate) scene: &'p Scene,
+    pub(crate) settings: &'p RenderSettings,
+    pub(crate) features: ProgramFeatures,
+    pub(crate) plan: Plan,
+    pub(crate) wavefront: Wavefront,
+    layers: Option<Pass>,
+    times: RenderTimes,
+}
 
-    let started = Instant::now();
-    let region = settings.visible_region();
-    let mut film = Film::windowed(region.width, region.height, settings.window());
-    let mut rays = vec![0_u32; film.pixel_count()];
-    let mut counters = Counters::default();
-    let mut iterations = 0;
-    for &batch in &plan.batches {
-        for sample in 0..settings.samples {
-            let frame = Frame {
-                sample,
-                ..plan.frame_of(batch)
-            };
-            let progress = |finished: f64| {
-                let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
-                plan.tell(observer, batch, in_batch)
-            };
-            iterations += wavefront.run(device, &frame, &mut counters, progress)?;
-        }
-        let slots = wavefront.slots(device, batch.tile_count * TILE_PIXELS)?;
-        counters.add_dropped(&slots);
-        plan.develop(batch, &slots, &mut film, &mut rays);
-    }
-    times.render = started.elapsed();
-
-    if let Some(pass) = &layers {
+impl<'p> Prepared<'p> {
+    /// Lays out and uploads the scene, and makes the programs. Nothing is dispatched.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn new(
+        device: &'p Device,
+        scene: &'p Scene,
+        bvh: &Bvh,
+        settings: &'p RenderSettings,
+        features: ProgramFeatures,
+    ) -> Result<Self, RenderError> {
+        check(settings)?;
         let started = Instant::now();
-        film.aovs = Some(render_aovs(device, scene, pass, &plan, rays)?);
-        times.render += started.elapsed();
+        let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+        let limits = Limits::for_depth(bvh.depth);
+        let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+        let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
+        let layers = settings
+            .aovs
+            .then(|| {
+                Pass::new(
+                    device,
+                    Kernel::Aov,
+                    // A single ray a pixel, within one dispatch.
+                    features.with(Feature::LongRays, false),
+                    limits,
+                    &gpu_scene,
+                    &plan.work(),
+                )
+            })
+            .transpose()?;
+        let times = RenderTimes {
+            program: started.elapsed(),
+            ..RenderTimes::default()
+        };
+        Ok(Self {
+            device,
+            scene,
+            settings,
+            features,
+            plan,
+            wavefront,
+            layers,
+            times,
+        })
     }
-    let dropped = counters.dropped();
-    let counters = settings.counters.then_some(counters);
-    Ok(Rendered {
-        film,
-        dropped,
-        counters,
-        features,
-        times,
-        iterations,
-    })
+
+    /// The first dispatches, in which drivers compile. Before [`Self::render`], which would wait for them.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`].
+    pub fn compile(&mut self, ahead: Ahead) -> Result<(), RenderError> {
+        let (device, plan) = (self.device, &self.plan);
+        let started = Instant::now();
+        self.wavefront.warm_up(device, &plan.frame, ahead)?;
+        if let Some(layers) = &self.layers {
+            layers.warm_up(device, plan)?;
+        }
+        self.times.compile = started.elapsed();
+        Ok(())
+    }
+
+    /// All dispatches that render, and reading back.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn render(
+        &self,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Rendered, RenderError> {
+        let (device, plan, settings) = (self.device, &self.plan, self.settings);
+        let mut times = self.times;
+        let started = Instant::now();
+        let mut picture = Picture::of(settings);
+        let mut counters = Counters::default();
+        let mut iterations = 0;
+        for &batch in &plan.batches {
+            for sample in 0..settings.samples {
+                let frame = Frame {
+                    sample,
+                    ..plan.frame_of(batch)
+                };
+                let progress = |finished: f64| {
+                    let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
+                    plan.tell(observer, batch, in_batch)
+                };
+                iterations += self
+                    .wavefront
+                    .run(device, &frame, &mut counters, progress)?;
+            }
+            counters.add_dropped(&self.read_batch(batch, &mut picture)?);
+        }
+        let Picture { mut film, rays } = picture;
+        times.render = started.elapsed();
+
+        if let Some(pass) = &self.layers {
+            let started = Instant::now();
+            film.aovs = Some(render_aovs(device, self.scene, pass, plan, rays)?);
+            times.render += started.elapsed();
+        }
+        let dropped = counters.dropped();
+        let counters = settings.counters.then_some(counters);
+        Ok(Rendered {
+            film,
+            dropped,
+            counters,
+            features: self.features,
+            times,
+            iterations,
+        })
+    }
+
+    /// Reads back once more what [`Self::render`] has left on the device: all of a picture that is a single batch, for timing that.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`].
+    ///
+    /// # Panics
+    /// If the picture has more than one batch, of which the device keeps the last alone.
+    pub fn read_back(&self) -> Result<Film, RenderError> {
+        let &[batch] = self.plan.batches.as_slice() else {
+            panic!("the picture has {} batches", self.plan.batches.len());
+        };
+        let mut picture = Picture::of(self.settings);
+        self.read_batch(batch, &mut picture)?;
+        Ok(picture.film)
+    }
+
+    /// Waits for all dispatches, then a batch's slots into the picture.
+    fn read_batch(&self, batch: Batch, picture: &mut Picture) -> Result<Vec<Slot>, RenderError> {
+        let count = batch.tile_count * TILE_PIXELS;
+        let slots = self.wavefront.slots(self.device, count)?;
+        self.plan
+            .develop(batch, &slots, &mut picture.film, &mut picture.rays);
+        Ok(slots)
+    }
+}
+
+/// What batches are developed into.
+struct Picture {
+    film: Film,
+    /// Of each pixel.
+    rays: Vec<u32>,
+}
+
+impl Picture {
+    /// Black.
+    fn of(settings: &RenderSettings) -> Self {
+        let region = settings.visible_region();
+        let film = Film::windowed(region.width, region.height, settings.window());
+        Self {
+            rays: vec![0; film.pixel_count()],
+            film,
+        }
+    }
 }
 
 fn check(settings: &RenderSettings) -> Result<(), RenderError> {
@@ -239,7 +341,7 @@ pub(crate) fn frame_of(
 pub(crate) struct Plan {
     pub(crate) frame: Frame,
     tiling: Tiling,
-    batches: Vec<Batch>,
+    pub(crate) batches: Vec<Batch>,
     slot_bytes: u64,
     samples: Vec<[f32; 2]>,
     sample_count: u32,
@@ -348,7 +450,7 @@ impl Plan {
         }
     }
 
-    fn frame_of(&self, batch: Batch) -> Frame {
+    pub(crate) fn frame_of(&self, batch: Batch) -> Frame {
         Frame {
             first_tile: batch.first_tile,
             tile_count: batch.tile_count,

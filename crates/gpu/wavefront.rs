@@ -1,6 +1,8 @@
 //! The kernels that make a picture: a sample's camera rays, then iterations that trace the rays on a list, shade what they hit
 //! and make the next list, until it is empty (`shaders/work_lists.wgsl`).
 
+pub(crate) mod recorded_rays;
+
 use std::{
     cell::Cell,
     time::{Duration, Instant},

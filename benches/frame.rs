@@ -1,0 +1,185 @@
+//! What a frame costs beside its rays, and whether it keeps the cores busy. Rendering alone: uploaded and compiled it is before.
+#![allow(clippy::print_stdout, reason = "a bench is a program for people")]
+
+mod support;
+
+use raytree::{Device, Feature, ProgramFeatures, RenderSettings};
+use raytree_gpu::{Prober, RecordedRays, types::ProbeRay};
+use support::{
+    Effort,
+    findings::{Bar, Findings},
+    frames::{Subject, rendered},
+    rays,
+    summary::Spread,
+    turns::{Sides, Turn},
+};
+
+/// Pixels on a picture's side.
+const SIDE: u32 = 512;
+/// Rays of a bare traversal's dispatch: the most that a prober takes.
+const AT_ONCE: usize = 1 << 20;
+/// What a frame may take of a bare traversal of its rays.
+const FRAME_BAR: Bar = Bar::AtMost(1.5);
+/// Cores that a frame has to keep busy of two.
+const CORES_BAR: Bar = Bar::AtLeast(1.8);
+/// Seconds of a frame that keeps cores busy: in shorter ones, beginning and end weigh.
+const LONG: f64 = 0.5;
+/// Rays that may hit something else in a bare traversal, which knows not what they have just left, and begins them a rounding
+/// beside.
+const OTHER_HITS: f64 = 2e-3;
+
+/// A name, and what makes its subject.
+type Make = (&'static str, fn() -> Subject);
+
+const SUBJECTS: [Make; 4] = [
+    ("spheres", || {
+        Subject::new("spheres", rays::spheres().lit(), SIDE)
+    }),
+    ("whitted-1980", || {
+        Subject::of_file("whitted-1980.glb", SIDE)
+    }),
+    ("cornell", || Subject::of_file("cornell.glb", SIDE)),
+    ("book", || Subject::of_file("book.glb", SIDE)),
+];
+
+/// Whether each traversal is a ray that the counters count: none goes on behind what it has passed.
+fn counts_are_equal(features: ProgramFeatures) -> bool {
+    !features.has(Feature::Mask) && !features.has(Feature::StraightOn)
+}
+
+/// The rays of the subject's picture.
+fn recorded(device: &Device, subject: &Subject) -> RecordedRays {
+    let settings = RenderSettings {
+        counters: true,
+        ..subject.settings.clone()
+    };
+    let recorded = subject
+        .prepared(device, &settings)
+        .recorded_rays()
+        .unwrap_or_else(|error| panic!("{error}"));
+    let (found, counted) = (recorded.rays.len() as u64, recorded.counters.rays.total());
+    let right = if counts_are_equal(subject.features(&settings)) {
+        found == counted
+    } else {
+        found >= counted
+    };
+    assert!(right, "{}: {found} rays, {counted} counted", subject.name);
+    recorded
+}
+
+/// # Panics
+/// If the bare traversal finds something else than the frame did.
+fn check(subject: &Subject, prober: &Prober<'_>, recorded: &RecordedRays) {
+    let hits = prober
+        .trace(&recorded.rays)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let differs = |(ray, ours, theirs): (&ProbeRay, u32, u32)| match ray.shadow {
+        0 => ours != theirs,
+        _ => (ours == u32::MAX) != (theirs == u32::MAX),
+    };
+    let found = hits.iter().zip(&recorded.triangles);
+    let other = recorded
+        .rays
+        .iter()
+        .zip(found)
+        .filter(|(ray, (hit, frames))| differs((ray, hit.triangle, **frames)))
+        .count();
+    let (name, all) = (subject.name, recorded.rays.len());
+    assert!(
+        other as f64 <= OTHER_HITS * all as f64,
+        "{name}: {other} of {all} rays hit something else in a bare traversal"
+    );
+    let met = hits.iter().filter(|hit| hit.triangle != u32::MAX).count();
+    assert!(
+        5 * met > all,
+        "{name}: only {met} of {all} rays hit anything"
+    );
+    println!("{name}: {all} rays, {met} of them hit, {other} something else than in the frame");
+}
+
+/// The dispatches alone.
+fn bare(prober: &Prober<'_>, rays: &[ProbeRay]) -> Turn {
+    let turn = |rays: &[ProbeRay]| {
+        prober
+            .upload(rays)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let (turn, run) = Turn::of(|| prober.run(rays.len()));
+        run.unwrap_or_else(|error| panic!("{error}"));
+        turn
+    };
+    rays.chunks(AT_ONCE).map(turn).sum()
+}
+
+/// A whole frame against a bare traversal of its rays.
+fn compare(device: &Device, subject: &Subject, rounds: usize) -> Sides {
+    let recorded = recorded(device, subject);
+    let features = subject.features(&subject.settings);
+    let prober = Prober::new(
+        device,
+        &subject.scene,
+        &subject.bvh,
+        features,
+        subject.settings.numerics,
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
+    check(subject, &prober, &recorded);
+    let frame = subject.prepared(device, &subject.settings);
+    let (_, film) = rendered(&frame);
+    subject.expected().check(&film);
+    Sides::in_turn(
+        rounds,
+        || {
+            let (turn, again) = rendered(&frame);
+            assert!(again.radiance == film.radiance, "another picture");
+            turn
+        },
+        || bare(&prober, &recorded.rays),
+    )
+}
+
+/// CPU seconds for a second of frames that take [`LONG`].
+fn cores(device: &Device, subject: &Subject, rounds: usize) -> Spread {
+    let (first, film) = rendered(&subject.prepared(device, &subject.settings));
+    subject.expected().check(&film);
+    let settings = RenderSettings {
+        samples: (1.2 * LONG / first.wall).ceil() as u32,
+        ..subject.settings.clone()
+    };
+    let frame = subject.prepared(device, &settings);
+    let busy = |_| {
+        let (turn, _) = rendered(&frame);
+        turn.cpu / turn.wall
+    };
+    Spread::of((0..rounds).map(busy))
+}
+
+fn main() {
+    if !support::cpu_time::available() {
+        println!("frame: left out, /proc/self/task/*/schedstat is not there");
+        return;
+    }
+    let rounds = Effort::chosen().rounds();
+    let device = support::device();
+    let mut findings = Findings::new(
+        "frame",
+        "ours: rendering a frame; theirs: a bare traversal of its rays; cores: CPU seconds a second",
+    );
+    for (name, subject) in SUBJECTS {
+        let [rays, busy] = ["rays", "cores"].map(|what| format!("frame/{what}/{name}"));
+        if !support::wanted(&rays) && !support::wanted(&busy) {
+            continue;
+        }
+        let subject = subject();
+        if support::wanted(&rays) {
+            findings.compare(&rays, &compare(&device, &subject, rounds), FRAME_BAR);
+        }
+        if support::wanted(&busy) {
+            let found = cores(&device, &subject, rounds);
+            // Of a history less has to be better.
+            let idle = found.inverse();
+            let record = idle.record(&busy, "s a CPU s", &format!("{rounds} rounds"));
+            findings.figure(&busy, found, CORES_BAR, record);
+        }
+    }
+    findings.finish();
+}
