@@ -28,8 +28,8 @@ impl Bar {
 impl fmt::Display for Bar {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::AtMost(most) => write!(f, "at most {most:.2}"),
-            Self::AtLeast(least) => write!(f, "at least {least:.2}"),
+            Self::AtMost(most) => write!(f, "at most {most}"),
+            Self::AtLeast(least) => write!(f, "at least {least}"),
         }
     }
 }
@@ -48,7 +48,8 @@ impl fmt::Display for Judged {
             least,
             most,
         } = self.spread;
-        let spread = format!("{median:.2} ({least:.2} to {most:.2})");
+        let digits = if median < 100.0 { 2 } else { 0 };
+        let spread = format!("{median:.digits$} ({least:.digits$} to {most:.digits$})");
         let verdict = if self.bar.holds(median) {
             "holds"
         } else {
@@ -94,8 +95,13 @@ impl Findings {
 
     /// A figure that has to keep to a bar, and what a history is to keep of it.
     pub fn figure(&mut self, name: &str, figure: Spread, bar: Bar, record: Record) {
-        self.records.push(record);
+        self.aside(record);
         self.judge(name.to_owned(), "", figure, bar);
+    }
+
+    /// For the history alone.
+    pub fn aside(&mut self, record: Record) {
+        self.records.push(record);
     }
 
     fn judge(&mut self, name: String, sides: &str, spread: Spread, bar: Bar) {

@@ -113,10 +113,7 @@ pub fn terrain_of(side: u32) -> Stage {
 pub fn hills(side: u32) -> Vec<[Vec3; 3]> {
     let vertex = |column: u32, row: u32| {
         let (x, z) = (column as f32 / side as f32, row as f32 / side as f32);
-        let height = 0.1 * (9.0 * x + 4.0 * z).sin()
-            + 0.03 * (31.0 * x * z).cos()
-            + 0.005 * (170.0 * (x - z)).sin();
-        vec3(x, height, z)
+        vec3(x, height(x, z), z)
     };
     let squares = (0..side).flat_map(|row| (0..side).map(move |column| (column, row)));
     squares
@@ -129,6 +126,11 @@ pub fn hills(side: u32) -> Vec<[Vec3; 3]> {
             ]
         })
         .collect()
+}
+
+/// Of the hills over a point of the unit square.
+pub fn height(x: f32, z: f32) -> f32 {
+    0.1 * (9.0 * x + 4.0 * z).sin() + 0.03 * (31.0 * x * z).cos() + 0.005 * (170.0 * (x - z)).sin()
 }
 
 impl Stage {

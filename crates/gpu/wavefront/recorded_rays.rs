@@ -1,7 +1,7 @@
 //! The rays that a picture traces, read back from the device iteration by iteration: for benches, which give them to a bare
 //! traversal to see what the rest of a frame costs, and for tests.
 
-use bytemuck::{Pod, bytes_of, pod_collect_to_vec};
+use bytemuck::{bytes_of, cast_slice};
 use glam::{DVec3, Vec3};
 use wgpu::{
     Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
@@ -34,8 +34,11 @@ pub(crate) const T_MAX: f32 = 1e30;
 /// A slot's word in a plane of the state.
 type Word = [u32; 4];
 
-/// Planes of an item.
-const ITEM_WORDS: u32 = ITEM_BYTES as u32 / size_of::<Word>() as u32;
+/// Its bytes.
+const WORD: u32 = size_of::<Word>() as u32;
+
+/// Words, and so planes, of an item.
+const ITEM_WORDS: u32 = ITEM_BYTES as u32 / WORD;
 
 /// The rays of a picture, and what they have hit.
 #[derive(Clone, Debug, Default)]
@@ -134,7 +137,8 @@ impl Recorder<'_> {
     ) -> Result<Vec<Option<usize>>, DeviceError> {
         let resources = &self.wavefront.resources;
         let queue = resources.buffer(&resource_name("queue_in", reads));
-        let entries: Vec<u32> = read(self.device, queue, 0, length)?;
+        let entries = read(self.device, queue, 0, 4 * length)?;
+        let entries: &[u32] = cast_slice(&entries);
         let (lowest, highest) = entries
             .iter()
             .map(|entry| level(*entry))
@@ -142,12 +146,13 @@ impl Recorder<'_> {
                 (lowest.min(level), highest.max(level))
             });
         let stride = frame.slot_count;
-        let state: Vec<Word> = read(
+        let state = read(
             self.device,
             resources.buffer("state"),
-            (STACK_PLANE + lowest * ITEM_WORDS) * stride,
-            (highest + 1 - lowest) * ITEM_WORDS * stride,
+            plane(STACK_PLANE + lowest * ITEM_WORDS, frame),
+            (highest + 1 - lowest) * ITEM_WORDS * stride * WORD,
         )?;
+        let state: &[Word] = cast_slice(&state);
         let item = |entry: u32| {
             let plane = (level(entry) - lowest) * ITEM_WORDS;
             std::array::from_fn(|word| {
@@ -175,9 +180,9 @@ impl Recorder<'_> {
     /// After it: what they have hit, or hit so far.
     fn end(&mut self, frame: &Frame, traced: &[Option<usize>]) -> Result<(), DeviceError> {
         let state = self.wavefront.resources.buffer("state");
-        let first = HIT_PLANE * frame.slot_count;
-        let hits: Vec<Word> = read(self.device, state, first, traced.len() as u32)?;
-        for (ray, hit) in traced.iter().zip(hits) {
+        let bytes = WORD * traced.len() as u32;
+        let hits = read(self.device, state, plane(HIT_PLANE, frame), bytes)?;
+        for (ray, hit) in traced.iter().zip(cast_slice::<u8, Word>(&hits)) {
             if let Some(ray) = *ray {
                 self.recorded.triangles[ray] = hit[1];
             }
@@ -221,24 +226,24 @@ fn before(origin: Vec3, direction: Vec3, (min, max): (DVec3, DVec3)) -> f32 {
     (distance - 1e-3 * (max - min).length()) as f32
 }
 
-/// The `count` elements from the one at `first` on. Waits for everything submitted before.
-fn read<T: Pod>(
-    device: &Device,
-    buffer: &Buffer,
-    first: u32,
-    count: u32,
-) -> Result<Vec<T>, DeviceError> {
-    let bytes = |elements: u32| u64::from(elements) * size_of::<T>() as u64;
+/// Where a plane of the state begins, bytes.
+fn plane(plane: u32, frame: &Frame) -> u64 {
+    u64::from(plane) * u64::from(frame.slot_count) * u64::from(WORD)
+}
+
+/// A part of a buffer, when everything submitted before is done.
+fn read(device: &Device, buffer: &Buffer, first: u64, bytes: u32) -> Result<Vec<u8>, DeviceError> {
+    let bytes = u64::from(bytes);
     let staging = device.device.create_buffer(&BufferDescriptor {
         label: Some("read back"),
-        size: bytes(count),
+        size: bytes,
         usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
     let mut encoder = device
         .device
         .create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, bytes(first), &staging, 0, bytes(count));
+    encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, bytes);
     device.queue.submit([encoder.finish()]);
-    Ok(pod_collect_to_vec(&mapped(device, &staging)?))
+    mapped(device, &staging)
 }
