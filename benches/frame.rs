@@ -137,9 +137,8 @@ fn compare(device: &Device, subject: &Subject, rounds: usize) -> Sides {
     )
 }
 
-/// Cores that frames of [`LONG`] keep busy: CPU seconds a second; and with those that threads waited for a core that others had, what
-/// it would be on a machine without them.
-fn cores(device: &Device, subject: &Subject, rounds: usize) -> [Spread; 2] {
+/// Frames of so many samples that they take [`LONG`].
+fn long_frames(device: &Device, subject: &Subject, rounds: usize) -> Vec<Turn> {
     let (first, film) = rendered(&subject.prepared(device, &subject.settings));
     subject.expected().check(&film);
     let settings = RenderSettings {
@@ -147,15 +146,42 @@ fn cores(device: &Device, subject: &Subject, rounds: usize) -> [Spread; 2] {
         ..subject.settings.clone()
     };
     let frame = subject.prepared(device, &settings);
-    let turns: Vec<[f64; 2]> = (0..rounds)
-        .map(|_| {
-            let waiting = cpu_time::waiting_for_cores();
-            let (turn, _) = rendered(&frame);
-            let waited = cpu_time::waiting_for_cores().saturating_sub(waiting) as f64 * 1e-9;
-            [turn.cpu, turn.cpu + waited].map(|busy| busy / turn.wall)
-        })
-        .collect();
-    [0, 1].map(|which| Spread::of(turns.iter().map(|turn| turn[which])))
+    (0..rounds).map(|_| rendered(&frame).0).collect()
+}
+
+/// What one subject is measured by.
+fn measure(device: &Device, subject: &Subject, rounds: usize, findings: &mut Findings) {
+    let name = subject.name;
+    let [rays, cores] = ["rays", "cores"].map(|what| format!("frame/{what}/{name}"));
+    let sides = support::wanted(&rays).then(|| compare(device, subject, rounds));
+    if let Some(sides) = &sides {
+        findings.compare(&rays, sides, FRAME_BAR);
+    }
+    if support::wanted(&cores) {
+        let turns = sides
+            .map(|sides| sides.our_turns().copied().collect())
+            .filter(|turns: &Vec<Turn>| turns.iter().all(|turn| turn.wall >= LONG))
+            .unwrap_or_else(|| long_frames(device, subject, rounds));
+        show_cores(&cores, &turns, findings);
+    }
+}
+
+/// CPU seconds a second; and with those that threads waited for a core: what it might be on a machine that does nothing else.
+fn show_cores(name: &str, turns: &[Turn], findings: &mut Findings) {
+    let ran = |turn: &Turn| turn.cpu / turn.wall;
+    let wanted = |turn: &Turn| (turn.cpu + turn.waited) / turn.wall;
+    for (name, cores) in [
+        (name.to_owned(), Spread::of(turns.iter().map(ran))),
+        (
+            format!("{name}/wanted"),
+            Spread::of(turns.iter().map(wanted)),
+        ),
+    ] {
+        // Of a history less has to be better.
+        let extra = format!("{} rounds", turns.len());
+        let record = cores.inverse().record(&name, "s a CPU s", &extra);
+        findings.figure(&name, cores, CORES_BAR, record);
+    }
 }
 
 fn main() {
@@ -170,22 +196,9 @@ fn main() {
         "ours: rendering a frame; theirs: a bare traversal of its rays; cores: CPU seconds a second",
     );
     for (name, subject) in SUBJECTS {
-        let [rays, busy] = ["rays", "cores"].map(|what| format!("frame/{what}/{name}"));
-        if !support::wanted(&rays) && !support::wanted(&busy) {
-            continue;
-        }
-        let subject = subject();
-        if support::wanted(&rays) {
-            findings.compare(&rays, &compare(&device, &subject, rounds), FRAME_BAR);
-        }
-        if support::wanted(&busy) {
-            let [ran, wanted] = cores(&device, &subject, rounds);
-            for (name, figure) in [(busy.clone(), ran), (format!("{busy}/wanted"), wanted)] {
-                // Of a history less has to be better.
-                let record = figure.inverse();
-                let record = record.record(&name, "s a CPU s", &format!("{rounds} rounds"));
-                findings.figure(&name, figure, CORES_BAR, record);
-            }
+        let names = ["rays", "cores"].map(|what| format!("frame/{what}/{name}"));
+        if names.iter().any(|name| support::wanted(name)) {
+            measure(&device, &subject(), rounds, &mut findings);
         }
     }
     findings.finish();

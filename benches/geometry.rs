@@ -123,7 +123,7 @@ fn main() {
     let corners = triangles(&scene);
     check_same(&build(&scene), &theirs(&path, &corners).1);
     let sides = Sides::in_turn(
-        Effort::chosen().rounds().min(9),
+        Effort::chosen().rounds(),
         || ours(&device, &path),
         || theirs(&path, &corners).0,
     );

@@ -83,7 +83,11 @@ fn until_first_ray_cold(program: Program) -> Turn {
     let (cpu, wall) = turn.unwrap_or_else(|| {
         panic!("{COLD}: {text}{}", String::from_utf8_lossy(&output.stderr));
     });
-    Turn { cpu, wall }
+    Turn {
+        cpu,
+        wall,
+        ..Turn::default()
+    }
 }
 
 /// What [`until_first_ray_cold`] has asked for, if it has.
@@ -118,7 +122,7 @@ fn rendering(device: &Device, rounds: usize) -> Sides {
 fn main() {
     let device = support::device();
     if let Some(program) = asked_for() {
-        let Turn { cpu, wall } = until_first_ray(&device, program);
+        let Turn { cpu, wall, .. } = until_first_ray(&device, program);
         println!("{cpu} {wall}");
         return;
     }

@@ -48,7 +48,11 @@ fn process(caches: &Path, picture: &Path) -> Turn {
     let cpu = cpu_time::of_children().saturating_sub(clock) as f64 * 1e-9;
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
-    Turn { cpu, wall }
+    Turn {
+        cpu,
+        wall,
+        ..Turn::default()
+    }
 }
 
 /// The picture that a process has left.

@@ -4,13 +4,18 @@ use std::time::Instant;
 
 use criterion::measurement::Measurement;
 
-use super::{cpu_time::CpuTime, summary::Spread};
+use super::{
+    cpu_time::{CpuTime, waiting_for_cores},
+    summary::Spread,
+};
 
 /// What some work took, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turn {
     /// Of all threads together.
     pub cpu: f64,
+    /// Of all threads together: could run, but others had the cores.
+    pub waited: f64,
     pub wall: f64,
 }
 
@@ -23,11 +28,13 @@ pub const TIMES: [(&str, Seconds); 2] = [("cpu", |turn| turn.cpu), ("wall", |tur
 impl Turn {
     /// Does the work; what it took, and what it made.
     pub fn of<T>(work: impl FnOnce() -> T) -> (Self, T) {
+        let waiting = waiting_for_cores();
         let (clock, started) = (CpuTime.start(), Instant::now());
         let made = work();
         let wall = started.elapsed().as_secs_f64();
         let cpu = CpuTime.end(clock) as f64 * 1e-9;
-        (Self { cpu, wall }, made)
+        let waited = waiting_for_cores().saturating_sub(waiting) as f64 * 1e-9;
+        (Self { cpu, waited, wall }, made)
     }
 }
 
@@ -35,6 +42,7 @@ impl std::iter::Sum for Turn {
     fn sum<I: Iterator<Item = Self>>(turns: I) -> Self {
         turns.fold(Self::default(), |sum, turn| Self {
             cpu: sum.cpu + turn.cpu,
+            waited: sum.waited + turn.waited,
             wall: sum.wall + turn.wall,
         })
     }
@@ -57,6 +65,11 @@ impl Sides {
 
     pub fn rounds(&self) -> usize {
         self.0.len()
+    }
+
+    /// Of our side alone.
+    pub fn our_turns(&self) -> impl Iterator<Item = &Turn> {
+        self.0.iter().map(|[ours, _]| ours)
     }
 
     pub fn ours(&self, of: Seconds) -> Spread {

@@ -1,11 +1,11 @@
 //! The rays that a picture traces, read back from the device iteration by iteration: for benches, which give them to a bare
 //! traversal to see what the rest of a frame costs, and for tests.
 
-use bytemuck::{bytes_of, cast_slice};
+use bytemuck::{Pod, bytes_of, cast_slice};
 use glam::{DVec3, Vec3};
 use wgpu::{
     Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
-    ComputePassDescriptor,
+    ComputePassDescriptor, MapMode,
 };
 
 use super::{Wavefront, resource_name};
@@ -14,7 +14,7 @@ use crate::{
     device::{Device, DeviceError},
     error::RenderError,
     pass::ITEM_BYTES,
-    pipeline::{Workgroups, mapped},
+    pipeline::Workgroups,
     program::Feature,
     render::{MOST_LEVELS, MOST_SLOTS, Prepared, STACK_PLANE},
     statistics::Counters,
@@ -31,14 +31,16 @@ pub(crate) const LIGHTS: u32 = 2;
 /// Where a ray ends that ends nowhere; of the same name in `shaders/math.wgsl`.
 pub(crate) const T_MAX: f32 = 1e30;
 
+/// How far behind a hole a ray goes on that does not know what it has passed, in lengths of the scene's diagonal.
+const BEHIND_HOLES: f64 = 1e-6;
+
 /// A slot's word in a plane of the state.
 type Word = [u32; 4];
 
-/// Its bytes.
-const WORD: u32 = size_of::<Word>() as u32;
-
 /// Words, and so planes, of an item.
-const ITEM_WORDS: u32 = ITEM_BYTES as u32 / WORD;
+const ITEM_WORDS: u32 = ITEM_BYTES as u32 / size_of::<Word>() as u32;
+
+type Item = [Word; ITEM_WORDS as usize];
 
 /// The rays of a picture, and what they have hit.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +49,7 @@ pub struct RecordedRays {
     /// light - is traversed anew: so it is another one here, where counters count it once.
     ///
     /// They begin at `t` = 0, as probes do: a camera ray that began before that is moved back to begin before the whole scene,
-    /// and one that goes on behind a hole is moved to there. Both are rounded by that.
+    /// and one that goes on behind a hole is moved to a little behind it. Both are rounded by that.
     pub rays: Vec<ProbeRay>,
     /// The triangle that each has hit, [`u32::MAX`] for none.
     pub triangles: Vec<u32>,
@@ -65,9 +67,16 @@ impl Prepared<'_> {
     /// If the program gathers faces in contact: that takes further traversals, which are not recorded.
     pub fn recorded_rays(&self) -> Result<RecordedRays, RenderError> {
         assert!(!self.features.has(Feature::Contact), "faces in contact");
+        let staging = BufferDescriptor {
+            label: Some("recorded rays"),
+            size: self.wavefront.resources.buffer("state").size(),
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        };
         let mut recorder = Recorder {
             device: self.device,
             wavefront: &self.wavefront,
+            staging: self.device.device.create_buffer(&staging),
             bounds: self.scene.geometry.bounds().unwrap_or_default(),
             ray_of_slot: Vec::new(),
             recorded: RecordedRays::default(),
@@ -88,6 +97,8 @@ impl Prepared<'_> {
 struct Recorder<'p> {
     device: &'p Device,
     wavefront: &'p Wavefront,
+    /// For reading back: as large as the state.
+    staging: Buffer,
     /// Corners of the scene's box.
     bounds: (DVec3, DVec3),
     /// The ray that each slot has traced last.
@@ -135,36 +146,32 @@ impl Recorder<'_> {
         reads: usize,
         length: u32,
     ) -> Result<Vec<Option<usize>>, DeviceError> {
-        let resources = &self.wavefront.resources;
-        let queue = resources.buffer(&resource_name("queue_in", reads));
-        let entries = read(self.device, queue, 0, 4 * length)?;
-        let entries: &[u32] = cast_slice(&entries);
-        let (lowest, highest) = entries
-            .iter()
-            .map(|entry| level(*entry))
-            .fold((u32::MAX, 0), |(lowest, highest), level| {
-                (lowest.min(level), highest.max(level))
-            });
-        let stride = frame.slot_count;
-        let state = read(
-            self.device,
-            resources.buffer("state"),
-            plane(STACK_PLANE + lowest * ITEM_WORDS, frame),
-            (highest + 1 - lowest) * ITEM_WORDS * stride * WORD,
+        let queue = resource_name("queue_in", reads);
+        let entries: Vec<u32> = self.read(&queue, 0, length, <[u32]>::to_vec)?;
+        let levels = || entries.iter().map(|entry| level(*entry));
+        let lowest = levels().min().unwrap_or(0);
+        let planes = (levels().max().unwrap_or(0) + 1 - lowest) * ITEM_WORDS;
+        let stride = frame.slot_count as usize;
+        let items: Vec<Item> = self.read(
+            "state",
+            (STACK_PLANE + lowest * ITEM_WORDS) * frame.slot_count,
+            planes * frame.slot_count,
+            |words: &[Word]| {
+                let item = |&entry: &u32| {
+                    let plane = ((level(entry) - lowest) * ITEM_WORDS) as usize;
+                    std::array::from_fn(|word| words[(plane + word) * stride + slot(entry)])
+                };
+                entries.iter().map(item).collect()
+            },
         )?;
-        let state: &[Word] = cast_slice(&state);
-        let item = |entry: u32| {
-            let plane = (level(entry) - lowest) * ITEM_WORDS;
-            std::array::from_fn(|word| {
-                state[(plane + word as u32) as usize * stride as usize + slot(entry)]
-            })
-        };
-        let traced = entries.iter().map(|&entry| self.trace(entry, item(entry)));
-        Ok(traced.collect())
+        let traced = entries.into_iter().zip(items);
+        Ok(traced
+            .map(|(entry, item)| self.trace(entry, item))
+            .collect())
     }
 
     /// The ray of an entry: a new one, unless its traversal goes on; none if it has only lights left to sum up.
-    fn trace(&mut self, entry: u32, item: [Word; ITEM_WORDS as usize]) -> Option<usize> {
+    fn trace(&mut self, entry: u32, item: Item) -> Option<usize> {
         if item[1][3] & ITEM_KIND == LIGHTS {
             return None;
         }
@@ -179,15 +186,41 @@ impl Recorder<'_> {
 
     /// After it: what they have hit, or hit so far.
     fn end(&mut self, frame: &Frame, traced: &[Option<usize>]) -> Result<(), DeviceError> {
-        let state = self.wavefront.resources.buffer("state");
-        let bytes = WORD * traced.len() as u32;
-        let hits = read(self.device, state, plane(HIT_PLANE, frame), bytes)?;
-        for (ray, hit) in traced.iter().zip(cast_slice::<u8, Word>(&hits)) {
+        let first = HIT_PLANE * frame.slot_count;
+        let hits = self.read("state", first, traced.len() as u32, <[Word]>::to_vec)?;
+        for (ray, hit) in traced.iter().zip(hits) {
             if let Some(ray) = *ray {
                 self.recorded.triangles[ray] = hit[1];
             }
         }
         Ok(())
+    }
+
+    /// What `take` makes of the `count` elements from the one at `first` on, when everything submitted before is done.
+    fn read<T: Pod, R>(
+        &self,
+        buffer: &str,
+        first: u32,
+        count: u32,
+        take: impl FnOnce(&[T]) -> R,
+    ) -> Result<R, DeviceError> {
+        let bytes = |elements: u32| u64::from(elements) * size_of::<T>() as u64;
+        let (device, staging) = (self.device, &self.staging);
+        let from = self.wavefront.resources.buffer(buffer);
+        let mut encoder = device
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(from, bytes(first), staging, 0, bytes(count));
+        device.queue.submit([encoder.finish()]);
+        staging.map_async(MapMode::Read, ..bytes(count), |_| {});
+        device.wait()?;
+        let view = staging
+            .get_mapped_range(..bytes(count))
+            .map_err(|error| device.lost(error.to_string()))?;
+        let made = take(cast_slice(&view));
+        drop(view);
+        staging.unmap();
+        Ok(made)
     }
 }
 
@@ -200,7 +233,7 @@ fn level(entry: u32) -> u32 {
 }
 
 /// The ray of an item as `store_item` leaves it (`shaders/ray_stack.wgsl`), begun at `t` = 0.
-fn ray_of([a, b, c, d]: [Word; ITEM_WORDS as usize], bounds: (DVec3, DVec3)) -> ProbeRay {
+fn ray_of([a, b, c, d]: Item, bounds: (DVec3, DVec3)) -> ProbeRay {
     let vector = |word: Word| Vec3::from_array([word[0], word[1], word[2]].map(f32::from_bits));
     let (origin, direction) = (vector(a), vector(b));
     let shadow = b[3] & ITEM_KIND == SHADOW;
@@ -208,8 +241,10 @@ fn ray_of([a, b, c, d]: [Word; ITEM_WORDS as usize], bounds: (DVec3, DVec3)) -> 
     let t_min = f32::from_bits(d[2]);
     let start = if t_min < 0.0 {
         t_min.max(before(origin, direction, bounds)).min(0.0)
+    } else if t_min > 0.0 {
+        t_min + (BEHIND_HOLES * (bounds.1 - bounds.0).length()) as f32
     } else {
-        t_min
+        0.0
     };
     ProbeRay {
         origin: (origin + start * direction).to_array(),
@@ -224,26 +259,4 @@ fn before(origin: Vec3, direction: Vec3, (min, max): (DVec3, DVec3)) -> f32 {
     let nearest = DVec3::select(direction.cmpge(Vec3::ZERO).into(), min, max);
     let distance = direction.as_dvec3().dot(nearest - origin.as_dvec3());
     (distance - 1e-3 * (max - min).length()) as f32
-}
-
-/// Where a plane of the state begins, bytes.
-fn plane(plane: u32, frame: &Frame) -> u64 {
-    u64::from(plane) * u64::from(frame.slot_count) * u64::from(WORD)
-}
-
-/// A part of a buffer, when everything submitted before is done.
-fn read(device: &Device, buffer: &Buffer, first: u64, bytes: u32) -> Result<Vec<u8>, DeviceError> {
-    let bytes = u64::from(bytes);
-    let staging = device.device.create_buffer(&BufferDescriptor {
-        label: Some("read back"),
-        size: bytes,
-        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device
-        .device
-        .create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, bytes);
-    device.queue.submit([encoder.finish()]);
-    mapped(device, &staging)
 }
