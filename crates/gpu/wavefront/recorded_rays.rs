@@ -256,7 +256,7 @@ fn ray_of([a, b, c, d]: Item, bounds: (DVec3, DVec3)) -> ProbeRay {
 
 /// A distance along a ray before which there is nothing of a box.
 fn before(origin: Vec3, direction: Vec3, (min, max): (DVec3, DVec3)) -> f32 {
-    let nearest = DVec3::select(direction.cmpge(Vec3::ZERO).into(), min, max);
+    let nearest = DVec3::select(direction.cmpge(Vec3::ZERO), min, max);
     let distance = direction.as_dvec3().dot(nearest - origin.as_dvec3());
     (distance - 1e-3 * (max - min).length()) as f32
 }
