@@ -26,6 +26,7 @@ use support::{
     Effort,
     findings::{Bar, Findings},
     rays,
+    summary::Spread,
     turns::{Sides, Turn},
 };
 
@@ -59,19 +60,29 @@ fn build(scene: &Scene) -> Bvh {
     raytree::build_bvh(scene, Preset::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// All that `raytree render` does before it dispatches anything; the device is open.
-fn ours(device: &Device, path: &Path) -> Turn {
-    let (turn, triangles) = Turn::of(|| {
-        let scene = import(path);
-        let settings = RenderSettings::new(64, 64, raytree::default_camera(&scene));
+/// What our side consists of.
+const PARTS: [&str; 3] = ["import", "hierarchy", "layout and upload"];
+
+/// All that `raytree render` does before it dispatches anything, part by part; the device is open.
+fn ours(device: &Device, path: &Path) -> [Turn; PARTS.len()] {
+    let (importing, scene) = Turn::of(|| import(path));
+    let (building, bvh) = Turn::of(|| build(&scene));
+    let settings = RenderSettings::new(64, 64, raytree::default_camera(&scene));
+    let (uploading, _) = Turn::of(|| {
         let features = ProgramFeatures::of(&SceneFeatures::of(&scene), &settings);
-        let bvh = build(&scene);
         let prepared = Prepared::new(device, &scene, &bvh, &settings, features);
         prepared.unwrap_or_else(|error| panic!("{error}"));
-        scene.geometry.triangles.len()
     });
-    assert_eq!(triangles, TRIANGLES);
-    turn
+    assert_eq!(scene.geometry.triangles.len(), TRIANGLES);
+    [importing, building, uploading]
+}
+
+/// CPU milliseconds of each part.
+fn show_parts(turns: &[[Turn; PARTS.len()]]) {
+    for (part, name) in PARTS.iter().enumerate() {
+        let cpu = Spread::of(turns.iter().map(|turn| 1e3 * turn[part].cpu));
+        println!("  {name:<20} {:>8.1} CPU ms", cpu.median);
+    }
 }
 
 /// The file into memory, and the hierarchy over triangles as obvhs takes them, by the parameters of our preset.
@@ -122,11 +133,17 @@ fn main() {
     let scene = import(&path);
     let corners = triangles(&scene);
     check_same(&build(&scene), &theirs(&path, &corners).1);
+    let mut parts = Vec::new();
     let sides = Sides::in_turn(
         Effort::chosen().rounds(),
-        || ours(&device, &path),
+        || {
+            let turns = ours(&device, &path);
+            parts.push(turns);
+            turns.into_iter().sum()
+        },
         || theirs(&path, &corners).0,
     );
     findings.compare(NAME, &sides, BAR);
+    show_parts(&parts);
     findings.finish();
 }
