@@ -73,17 +73,7 @@ fn check(subject: &Subject, prober: &Prober<'_>, recorded: &RecordedRays) {
     let hits = prober
         .trace(&recorded.rays)
         .unwrap_or_else(|error| panic!("{error}"));
-    let differs = |(ray, ours, theirs): (&ProbeRay, u32, u32)| match ray.shadow {
-        0 => ours != theirs,
-        _ => (ours == u32::MAX) != (theirs == u32::MAX),
-    };
-    let found = hits.iter().zip(&recorded.triangles);
-    let other = recorded
-        .rays
-        .iter()
-        .zip(found)
-        .filter(|(ray, (hit, frames))| differs((ray, hit.triangle, **frames)))
-        .count();
+    let other = recorded.other_hits(&hits);
     let (name, all) = (subject.name, recorded.rays.len());
     assert!(
         other as f64 <= OTHER_HITS * all as f64,

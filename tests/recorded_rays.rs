@@ -4,10 +4,7 @@
 mod support;
 
 use raytree::{Feature, Preset, ProgramFeatures, RenderSettings, SceneFeatures};
-use raytree_gpu::{
-    Ahead, Prepared, Prober,
-    types::{ProbeHit, ProbeRay},
-};
+use raytree_gpu::{Ahead, Prepared, Prober};
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 72;
@@ -15,14 +12,6 @@ const HEIGHT: u32 = 72;
 /// Rays that may find something else, since a bare traversal does not know which triangle they leave, and begins some a rounding
 /// beside.
 const OTHER_HITS: f64 = 1e-4;
-
-/// Of a shadow ray it only matters whether there is a hit.
-fn differs(ray: &ProbeRay, bare: &ProbeHit, frame: u32) -> bool {
-    match ray.shadow {
-        0 => bare.triangle != frame,
-        _ => (bare.triangle == u32::MAX) != (frame == u32::MAX),
-    }
-}
 
 #[test]
 fn recorded_rays_are_those_that_were_traced() {
@@ -62,13 +51,7 @@ fn recorded_rays_are_those_that_were_traced() {
 
         let prober = Prober::new(device, &scene, &bvh, features, settings.numerics).unwrap();
         let bare = prober.trace(&recorded.rays).unwrap();
-        let found = bare.iter().zip(&recorded.triangles);
-        let other = recorded
-            .rays
-            .iter()
-            .zip(found)
-            .filter(|(ray, (bare, frame))| differs(ray, bare, **frame))
-            .count();
+        let other = recorded.other_hits(&bare);
         assert!(
             other as f64 <= OTHER_HITS * rays as f64,
             "{name}: {other} of {rays} rays find something else"

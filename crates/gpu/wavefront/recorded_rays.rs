@@ -18,7 +18,7 @@ use crate::{
     program::Feature,
     render::{MOST_LEVELS, MOST_SLOTS, Prepared, STACK_PLANE},
     statistics::Counters,
-    types::{Frame, ProbeRay, WorkList},
+    types::{Frame, ProbeHit, ProbeRay, WorkList},
 };
 
 // Of the same names in `state.wgsl`, `work_lists.wgsl` and `ray_stack.wgsl` under `shaders/`.
@@ -57,11 +57,28 @@ pub struct RecordedRays {
     pub counters: Counters,
 }
 
+impl RecordedRays {
+    /// How many of the rays have hit something else than in these hits of theirs: another triangle, or, of shadow rays, which end at
+    /// any, something rather than nothing.
+    #[must_use]
+    pub fn other_hits(&self, hits: &[ProbeHit]) -> usize {
+        let found = hits.iter().zip(&self.triangles);
+        let other = |(ray, (hit, triangle)): &(&ProbeRay, (&ProbeHit, &u32))| {
+            if ray.shadow == 0 {
+                hit.triangle != **triangle
+            } else {
+                (hit.triangle == u32::MAX) != (**triangle == u32::MAX)
+            }
+        };
+        self.rays.iter().zip(found).filter(other).count()
+    }
+}
+
 impl Prepared<'_> {
     /// Renders the picture one iteration at a time, and reads back what each traces. Takes seconds, and memory for every ray.
     ///
     /// # Errors
-    /// As [`render`](crate::render).
+    /// As [`render`](crate::render()).
     ///
     /// # Panics
     /// If the program gathers faces in contact: that takes further traversals, which are not recorded.
