@@ -22,7 +22,7 @@ use support::{
 };
 
 /// Rays of a traversal.
-const RAYS: usize = 1 << 20;
+const RAYS: usize = 1 << 19;
 /// Rays whose hit may differ by variant: at edges, and through the cracks that some leave.
 const OTHER_HITS: f64 = 1e-3;
 

@@ -4,8 +4,12 @@
 
 mod support;
 
+#[path = "support/everything.rs"]
+mod everything;
+
 use std::path::Path;
 
+use everything::{everything, filled};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use raytree::{
     Device, Environment, Feature, Film, ProgramFeatures, RenderSettings, Rendering, Scene, Shading,
@@ -17,31 +21,6 @@ use raytree::{
 use raytree_gpu::Rendered;
 use raytree_scene::environment::EquirectMap;
 use raytree_stress::scenes::{Build, pinhole, unfiltered};
-
-/// Every feature but those that say what was asked for rather than what a scene needs. Numerics are those of every picture.
-fn everything(settings: &RenderSettings, special: ProgramFeatures) -> ProgramFeatures {
-    let asked = [Feature::Orthographic, Feature::Whitted, Feature::Counters];
-    let all = ProgramFeatures::everything().with_numerics(settings.numerics);
-    asked
-        .into_iter()
-        .fold(all, |set, feature| set.with(feature, special.has(feature)))
-}
-
-/// The scene with what a program with everything reads without asking, in a form that changes nothing: white vertex colours, and a
-/// black environment where there is none.
-fn filled(mut scene: Scene) -> Scene {
-    let dark = EquirectMap {
-        width: 1,
-        height: 1,
-        texels: vec![[0.0; 3]],
-    };
-    let environment = &mut scene.surroundings.environment;
-    environment.get_or_insert_with(|| unfiltered(dark));
-    if scene.geometry.colors.is_empty() {
-        scene.geometry.colors = vec![Vec4::ONE; scene.geometry.positions.len()];
-    }
-    scene
-}
 
 fn render_with_everything(
     device: &Device,

@@ -64,6 +64,19 @@ fn rounds_become_a_median_and_what_it_lies_between() {
     assert_eq!(record.range, "1.000 to 9.000");
 }
 
+/// Of which more is better, the summary keeps the inverse; the least of one is the most of the other.
+#[test]
+fn a_spread_can_be_turned_over_and_told_in_another_unit() {
+    let spread = Spread::of([2.0, 4.0, 1.0]);
+    let spread_of = |median, least, most| Spread {
+        median,
+        least,
+        most,
+    };
+    assert_eq!(spread.inverse(), spread_of(0.5, 0.25, 1.0));
+    assert_eq!(spread.times(1e3), spread_of(2e3, 1e3, 4e3));
+}
+
 #[test]
 fn nothing_measured_is_an_empty_summary() {
     let target = tempfile::tempdir().unwrap();

@@ -2,8 +2,11 @@
 #![allow(dead_code, reason = "each bench uses a part of it")]
 
 pub mod cpu_time;
+pub mod findings;
+pub mod frames;
 pub mod rays;
 pub mod summary;
+pub mod turns;
 
 use std::{path::Path, time::Duration};
 
@@ -72,16 +75,16 @@ impl Effort {
         match self {
             Self::Test => 1,
             Self::Quick => 3,
-            Self::Full => 25,
+            Self::Full => 9,
         }
     }
 
-    /// Criterion's measurement time for what deserves `seconds`: half of it, or four times that.
+    /// Criterion's measurement time for what deserves `seconds`: a quarter of it, or three times that.
     fn measuring(self, seconds: u64) -> Duration {
         let seconds = Duration::from_secs(seconds);
         match self {
-            Self::Test | Self::Quick => seconds / 2,
-            Self::Full => 4 * seconds,
+            Self::Test | Self::Quick => seconds / 4,
+            Self::Full => 3 * seconds,
         }
     }
 }

@@ -1,8 +1,11 @@
 //! Scenes and rays that traversal is timed by. Lengths in units of which a scene has 100: obvhs passes by boxes that a ray leaves
 //! before t = 1e-4, which must be next to nothing.
 
-use glam::{Vec3, vec3};
-use raytree::Scene;
+use glam::{DVec3, Vec3, vec3};
+use raytree::{
+    Camera, Scene,
+    model::{Light, LightKind},
+};
 use raytree_gpu::types::{ProbeHit, ProbeRay};
 use raytree_stress::{meshes::canvas, random::Random};
 
@@ -86,8 +89,13 @@ pub fn spheres() -> Stage {
 
 /// Hills of 999,698 triangles.
 fn terrain() -> Stage {
+    terrain_of(707)
+}
+
+/// Hills of `2 side^2` triangles; from afar the same whatever that is.
+pub fn terrain_of(side: u32) -> Stage {
     let (mut build, material) = canvas();
-    for triangle in hills(707) {
+    for triangle in hills(side) {
         let [a, b, c] = triangle.map(|point| 100.0 * (point - vec3(0.5, 0.0, 0.5)));
         let normal = (b - a).cross(c - a).normalize();
         let vertices = [a, b, c].map(|corner| build.vertex(corner, normal));
@@ -105,10 +113,7 @@ fn terrain() -> Stage {
 pub fn hills(side: u32) -> Vec<[Vec3; 3]> {
     let vertex = |column: u32, row: u32| {
         let (x, z) = (column as f32 / side as f32, row as f32 / side as f32);
-        let height = 0.1 * (9.0 * x + 4.0 * z).sin()
-            + 0.03 * (31.0 * x * z).cos()
-            + 0.005 * (170.0 * (x - z)).sin();
-        vec3(x, height, z)
+        vec3(x, height(x, z), z)
     };
     let squares = (0..side).flat_map(|row| (0..side).map(move |column| (column, row)));
     squares
@@ -123,6 +128,11 @@ pub fn hills(side: u32) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
+/// Of the hills over a point of the unit square.
+pub fn height(x: f32, z: f32) -> f32 {
+    0.1 * (9.0 * x + 4.0 * z).sin() + 0.03 * (31.0 * x * z).cos() + 0.005 * (170.0 * (x - z)).sin()
+}
+
 impl Stage {
     /// Corners of each triangle.
     pub fn triangles(&self) -> Vec<[Vec3; 3]> {
@@ -130,6 +140,26 @@ impl Stage {
         let corner = |vertex: u32| geometry.positions[vertex as usize];
         let corners = geometry.triangles.iter().map(|t| t.vertices.map(corner));
         corners.collect()
+    }
+
+    /// The scene with its light, of surfaces that mirror a little, and the view of it: to be rendered.
+    pub fn lit(mut self) -> (Scene, Camera) {
+        let position = self.light.as_dvec3();
+        self.scene.lights.push(Light {
+            name: "light".to_owned(),
+            kind: LightKind::Point {
+                position,
+                range: f64::INFINITY,
+            },
+            // Irradiance 2 in the scene's middle.
+            intensity: DVec3::splat(2.0 * position.length_squared()),
+        });
+        for material in &mut self.scene.materials {
+            (material.metallic, material.roughness) = (0.0, 0.0);
+        }
+        let yfov = 2.0 * f64::from(OPENING).atan();
+        let camera = raytree::look_at(self.eye.as_dvec3(), DVec3::ZERO, None, yfov, "eye");
+        (self.scene, camera.unwrap_or_else(|error| panic!("{error}")))
     }
 
     /// A ray for each pixel, in the order of `pixel_of_lane` and `tile_of_workgroup` (`shaders/camera.wgsl`).

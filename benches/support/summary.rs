@@ -49,6 +49,24 @@ impl Spread {
         }
     }
 
+    /// In another unit.
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            median: factor * self.median,
+            least: factor * self.least,
+            most: factor * self.most,
+        }
+    }
+
+    /// One over it.
+    pub fn inverse(self) -> Self {
+        Self {
+            median: self.median.recip(),
+            least: self.most.recip(),
+            most: self.least.recip(),
+        }
+    }
+
     /// As a service takes it.
     pub fn record(self, name: &str, unit: &str, extra: &str) -> Record {
         Record {

@@ -9,20 +9,35 @@ use crate::{
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
     upload,
+    wavefront::recorded_rays::{ENTRY_SUSPENDED, HIT_PLANE, ITEM_KIND, LIGHTS, SHADOW, T_MAX},
 };
 
 fn shaders() -> Module {
     source::parse(Limits::for_depth(32)).unwrap()
 }
 
-fn constant(module: &Module, name: &str) -> u32 {
+fn literal(module: &Module, name: &str) -> Literal {
     let mut constants = module.constants.iter();
     let (_, constant) = constants
         .find(|(_, constant)| constant.name.as_deref() == Some(name))
         .unwrap();
     match module.global_expressions[constant.init] {
-        Expression::Literal(Literal::U32(value)) => value,
+        Expression::Literal(literal) => literal,
         ref other => panic!("{name}: {other:?}"),
+    }
+}
+
+fn constant(module: &Module, name: &str) -> u32 {
+    match literal(module, name) {
+        Literal::U32(value) => value,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+fn float(module: &Module, name: &str) -> f32 {
+    match literal(module, name) {
+        Literal::F32(value) => value,
+        other => panic!("{name}: {other:?}"),
     }
 }
 
@@ -36,15 +51,9 @@ fn a_work_item_has_as_many_bytes() {
 
 #[test]
 fn the_largest_radiance_is_the_same() {
-    let module = shaders();
-    let mut constants = module.constants.iter();
-    let (_, found) = constants
-        .find(|(_, constant)| constant.name.as_deref() == Some("LARGEST_RADIANCE"))
-        .unwrap();
-    let value = &module.global_expressions[found.init];
-    assert!(
-        matches!(value, Expression::Literal(Literal::F32(x)) if *x == upload::LARGEST_RADIANCE),
-        "{value:?}"
+    assert_eq!(
+        float(&shaders(), "LARGEST_RADIANCE"),
+        upload::LARGEST_RADIANCE
     );
 }
 
@@ -63,6 +72,21 @@ fn an_entry_of_a_list_has_room_for_slot_and_level() {
     assert_eq!(1 << constant("ENTRY_LEVEL_SHIFT"), MOST_SLOTS);
     assert_eq!(constant("ENTRY_LEVEL") + 1, MOST_LEVELS);
     assert_eq!(constant("LIST_WORKGROUP"), TILE_PIXELS);
+}
+
+#[test]
+fn recorded_rays_are_read_as_they_are_written() {
+    let module = shaders();
+    for (name, value) in [
+        ("HIT_PLANE", HIT_PLANE),
+        ("ENTRY_SUSPENDED", ENTRY_SUSPENDED),
+        ("ITEM_KIND", ITEM_KIND),
+        ("SHADOW", SHADOW),
+        ("LIGHTS", LIGHTS),
+    ] {
+        assert_eq!(constant(&module, name), value, "{name}");
+    }
+    assert_eq!(float(&module, "T_MAX"), T_MAX);
 }
 
 #[test]

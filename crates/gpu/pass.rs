@@ -82,8 +82,10 @@ impl Resources {
                 self.upload_uniform(device, called, cast_slice(&decoded_srgb()), size)
             }
             "state" | "counters" | "aovs" | "probe_hits" | "piece_results" | "secondary_hits"
-            | "list_in" | "list_out" => self.reserve(device, called, size, readable),
-            "queue_in" | "queue_out" | "probe_rays" | "piece_arguments" | "secondary_rays" => {
+            | "list_in" | "list_out" | "queue_in" | "queue_out" => {
+                self.reserve(device, called, size, readable)
+            }
+            "probe_rays" | "piece_arguments" | "secondary_rays" => {
                 self.reserve(device, called, size, BufferUsages::STORAGE)
             }
             _ => gpu_scene

@@ -132,97 +132,174 @@ pub fn render_ahead(
     (features, ahead): (ProgramFeatures, Ahead),
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
-    check(settings)?;
-    let mut times = RenderTimes::default();
-    let started = Instant::now();
-    let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
-    times.layout = started.elapsed();
+    let mut prepared = Prepared::new(device, scene, bvh, settings, features)?;
+    prepared.compile(ahead)?;
+    prepared.render(observer)
+}
 
-    let started = Instant::now();
-    let limits = Limits::for_depth(bvh.depth);
-    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
-    let mut wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
-    let layers = settings
-        .aovs
-        .then(|| {
-            Pass::new(
-                device,
-                Kernel::Aov,
-                // A single ray a pixel, within one dispatch.
-                features.with(Feature::LongRays, false),
-                limits,
-                &gpu_scene,
-                &plan.work(),
-            )
-        })
-        .transpose()?;
-    times.program = started.elapsed();
+/// A picture of which all is ready but the rays: [`render`] in its parts, for who times them.
+pub struct Prepared<'p> {
+    pub(crate) device: &'p Device,
+    pub(crate) scene: &'p Scene,
+    pub(crate) settings: &'p RenderSettings,
+    pub(crate) features: ProgramFeatures,
+    pub(crate) plan: Plan,
+    pub(crate) wavefront: Wavefront,
+    layers: Option<Pass>,
+    times: RenderTimes,
+}
 
-    let started = Instant::now();
-    times.kernels = wavefront.warm_up(device, &plan.frame, ahead)?;
-    if let Some(layers) = &layers {
-        layers.warm_up(device, &plan)?;
-    }
-    times.compile = started.elapsed();
-
-    let started = Instant::now();
-    let region = settings.visible_region();
-    let mut developed = Developed::new(Film::windowed(
-        region.width,
-        region.height,
-        settings.window(),
-    ));
-    let mut counters = Counters::default();
-    let mut iterations = 0;
-    // The batch before is developed while the device works on the next one.
-    let mut finished: Option<(Batch, SlotsComing)> = None;
-    for &batch in &plan.batches {
-        for sample in 0..settings.samples {
-            let frame = Frame {
-                sample,
-                ..plan.frame_of(batch)
-            };
-            let progress = |finished: f64| {
-                let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
-                plan.tell(observer, batch, in_batch)
-            };
-            let meanwhile = || match finished.take() {
-                Some((before, slots)) => {
-                    developed.add(&plan, before, &slots.wait(device)?);
-                    Ok(())
-                }
-                None => Ok(()),
-            };
-            iterations += wavefront.run(device, &frame, &mut counters, progress, meanwhile)?;
-        }
-        let slots = wavefront.fetch_slots(device, batch.tile_count * TILE_PIXELS);
-        finished = Some((batch, slots));
-    }
-    if let Some((last, slots)) = finished {
-        developed.add(&plan, last, &slots.wait(device)?);
-    }
-    let Developed {
-        mut film,
-        rays,
-        dropped,
-    } = developed;
-    counters.set_dropped(dropped);
-    times.render = started.elapsed();
-
-    if let Some(pass) = &layers {
+impl<'p> Prepared<'p> {
+    /// Lays out and uploads the scene, and makes the programs. Nothing is dispatched.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn new(
+        device: &'p Device,
+        scene: &'p Scene,
+        bvh: &Bvh,
+        settings: &'p RenderSettings,
+        features: ProgramFeatures,
+    ) -> Result<Self, RenderError> {
+        check(settings)?;
+        let mut times = RenderTimes::default();
         let started = Instant::now();
-        film.aovs = Some(render_aovs(device, scene, pass, &plan, rays)?);
-        times.render += started.elapsed();
+        let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+        times.layout = started.elapsed();
+
+        let started = Instant::now();
+        let limits = Limits::for_depth(bvh.depth);
+        let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+        let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
+        let layers = settings
+            .aovs
+            .then(|| {
+                Pass::new(
+                    device,
+                    Kernel::Aov,
+                    // A single ray a pixel, within one dispatch.
+                    features.with(Feature::LongRays, false),
+                    limits,
+                    &gpu_scene,
+                    &plan.work(),
+                )
+            })
+            .transpose()?;
+        times.program = started.elapsed();
+        Ok(Self {
+            device,
+            scene,
+            settings,
+            features,
+            plan,
+            wavefront,
+            layers,
+            times,
+        })
     }
-    let counters = settings.counters.then_some(counters);
-    Ok(Rendered {
-        film,
-        dropped,
-        counters,
-        features,
-        times,
-        iterations,
-    })
+
+    /// The first dispatches, in which drivers compile. Before [`Self::render`], which would wait for them.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`].
+    pub fn compile(&mut self, ahead: Ahead) -> Result<(), RenderError> {
+        let (device, plan) = (self.device, &self.plan);
+        let started = Instant::now();
+        self.times.kernels = self.wavefront.warm_up(device, &plan.frame, ahead)?;
+        if let Some(layers) = &self.layers {
+            layers.warm_up(device, plan)?;
+        }
+        self.times.compile = started.elapsed();
+        Ok(())
+    }
+
+    /// All dispatches that render, and reading back.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn render(
+        &self,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Rendered, RenderError> {
+        let (device, plan, settings) = (self.device, &self.plan, self.settings);
+        let mut times = self.times;
+        let started = Instant::now();
+        let mut developed = Developed::of(settings);
+        let mut counters = Counters::default();
+        let mut iterations = 0;
+        // A batch is developed while the device works on the next one.
+        let mut finished: Option<(Batch, SlotsComing)> = None;
+        for &batch in &plan.batches {
+            for sample in 0..settings.samples {
+                let frame = Frame {
+                    sample,
+                    ..plan.frame_of(batch)
+                };
+                let progress = |finished: f64| {
+                    let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
+                    plan.tell(observer, batch, in_batch)
+                };
+                let meanwhile = || match finished.take() {
+                    Some((before, slots)) => {
+                        developed.add(plan, before, &slots.wait(device)?);
+                        Ok(())
+                    }
+                    None => Ok(()),
+                };
+                iterations +=
+                    self.wavefront
+                        .run(device, &frame, &mut counters, progress, meanwhile)?;
+            }
+            finished = Some((batch, self.fetch(batch)));
+        }
+        if let Some((last, slots)) = finished {
+            developed.add(plan, last, &slots.wait(device)?);
+        }
+        times.render = started.elapsed();
+
+        let Developed {
+            mut film,
+            rays,
+            dropped,
+        } = developed;
+        if let Some(pass) = &self.layers {
+            let started = Instant::now();
+            film.aovs = Some(render_aovs(device, self.scene, pass, plan, rays)?);
+            times.render += started.elapsed();
+        }
+        counters.set_dropped(dropped);
+        Ok(Rendered {
+            film,
+            dropped,
+            counters: settings.counters.then_some(counters),
+            features: self.features,
+            times,
+            iterations,
+        })
+    }
+
+    /// Reads back once more what [`Self::render`] has left on the device: all of a picture that is a single batch, for timing that.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`].
+    ///
+    /// # Panics
+    /// If the picture has more than one batch, of which the device keeps the last alone.
+    pub fn read_back(&self) -> Result<Film, RenderError> {
+        let &[batch] = self.plan.batches.as_slice() else {
+            panic!("the picture has {} batches", self.plan.batches.len());
+        };
+        let mut developed = Developed::of(self.settings);
+        let slots = self.fetch(batch).wait(self.device)?;
+        developed.add(&self.plan, batch, &slots);
+        Ok(developed.film)
+    }
+
+    /// Begins to copy a batch's slots to the host, after all that was submitted.
+    fn fetch(&self, batch: Batch) -> SlotsComing {
+        let count = batch.tile_count * TILE_PIXELS;
+        self.wavefront.fetch_slots(self.device, count)
+    }
 }
 
 fn check(settings: &RenderSettings) -> Result<(), RenderError> {
@@ -266,7 +343,7 @@ pub(crate) fn frame_of(
 pub(crate) struct Plan {
     pub(crate) frame: Frame,
     tiling: Tiling,
-    batches: Vec<Batch>,
+    pub(crate) batches: Vec<Batch>,
     slot_bytes: u64,
     samples: Vec<[f32; 2]>,
     sample_count: u32,
@@ -376,7 +453,7 @@ impl Plan {
         }
     }
 
-    fn frame_of(&self, batch: Batch) -> Frame {
+    pub(crate) fn frame_of(&self, batch: Batch) -> Frame {
         Frame {
             first_tile: batch.first_tile,
             tile_count: batch.tile_count,
@@ -396,7 +473,10 @@ struct Developed {
 }
 
 impl Developed {
-    fn new(film: Film) -> Self {
+    /// Black.
+    fn of(settings: &RenderSettings) -> Self {
+        let region = settings.visible_region();
+        let film = Film::windowed(region.width, region.height, settings.window());
         Self {
             rays: vec![0; film.pixel_count()],
             dropped: Dropped::default(),

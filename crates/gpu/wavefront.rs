@@ -1,7 +1,12 @@
 //! The kernels that make a picture: a sample's camera rays, then iterations that trace the rays on a list, shade what they hit
 //! and make the next list, until it is empty (`shaders/work_lists.wgsl`).
 
-use std::time::{Duration, Instant};
+pub(crate) mod recorded_rays;
+
+use std::{
+    cell::Cell,
+    time::{Duration, Instant},
+};
 
 use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
 use wgpu::{
@@ -52,10 +57,12 @@ pub(crate) struct Wavefront {
     /// What submissions report, in turn: while the device works on one, the host hears of the one before.
     reports: [Buffer; 2],
     /// What was submitted last and not heard of.
-    in_flight: Option<InFlight>,
+    in_flight: Cell<Option<InFlight>>,
+    /// Which of the reports it does not use.
+    free_report: Cell<usize>,
     most_iterations: u32,
     /// Iterations of the next submission: what fits [`AT_ONCE`], as far as is known.
-    at_once: u32,
+    at_once: Cell<u32>,
 }
 
 /// Iterations that the device is at work on.
@@ -178,9 +185,10 @@ impl Wavefront {
             arguments: buffer("arguments", list_bytes, BufferUsages::INDIRECT),
             empty,
             reports: [(); 2].map(|()| buffer("report", REPORT_BYTES, BufferUsages::MAP_READ)),
-            in_flight: None,
+            in_flight: Cell::new(None),
+            free_report: Cell::new(0),
             most_iterations,
-            at_once: most_iterations.min(4),
+            at_once: Cell::new(most_iterations.min(4)),
             resources,
         })
     }
@@ -226,7 +234,7 @@ impl Wavefront {
     /// Two submissions are under way at any time, so that the device need not wait for the host. So the last of them was submitted
     /// before it was known that there is nothing left to do: it does nothing, and is heard of in the next run.
     pub(crate) fn run(
-        &mut self,
+        &self,
         device: &Device,
         frame: &Frame,
         counters: &mut Counters,
@@ -239,7 +247,7 @@ impl Wavefront {
         let mut is_ours = false;
         let mut since = Instant::now();
         loop {
-            for _ in 0..self.at_once {
+            for _ in 0..self.at_once.get() {
                 self.iterate(&mut encoder, reads);
                 reads = 1 - reads;
             }
@@ -275,11 +283,12 @@ impl Wavefront {
     }
 
     /// Chooses how many iterations to submit at once, after those of a submission took so long.
-    fn adapt(&mut self, took: Duration) {
+    fn adapt(&self, took: Duration) {
+        let at_once = self.at_once.get();
         if took < AT_ONCE.start {
-            self.at_once = (2 * self.at_once).min(self.most_iterations);
+            self.at_once.set((2 * at_once).min(self.most_iterations));
         } else if took > AT_ONCE.end {
-            self.at_once = (self.at_once / 2).max(1);
+            self.at_once.set((at_once / 2).max(1));
         }
     }
 
@@ -306,13 +315,15 @@ impl Wavefront {
     }
 
     /// Submits iterations after which kernels read list `reads`. The result: what was submitted before.
-    fn submit(
-        &mut self,
-        device: &Device,
-        mut encoder: CommandEncoder,
-        reads: usize,
-    ) -> Option<InFlight> {
-        let report = self.in_flight.as_ref().map_or(0, |last| 1 - last.report);
+    fn submit(&self, device: &Device, encoder: CommandEncoder, reads: usize) -> Option<InFlight> {
+        let submitted = self.send(device, encoder, reads);
+        self.free_report.set(1 - submitted.report);
+        self.in_flight.replace(Some(submitted))
+    }
+
+    /// Submits iterations, with the report that is free.
+    fn send(&self, device: &Device, mut encoder: CommandEncoder, reads: usize) -> InFlight {
+        let report = self.free_report.get();
         let to = &self.reports[report];
         let counted = 4 * COUNTERS as u64;
         let list = self.resources.buffer(&resource_name("list_in", reads));
@@ -321,7 +332,7 @@ impl Wavefront {
         encoder.copy_buffer_to_buffer(counts, 0, to, 0, counted);
         encoder.copy_buffer_to_buffer(list, 0, to, counted, size);
         let index = device.queue.submit([encoder.finish()]);
-        self.in_flight.replace(InFlight { index, report })
+        InFlight { index, report }
     }
 
     /// Waits for a submission, and adds up its counters.
