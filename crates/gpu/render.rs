@@ -128,6 +128,7 @@ pub fn render_ahead(
     check(settings)?;
     let started = Instant::now();
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+    gpu_scene.check(device.highest_texture())?;
     let limits = Limits::for_depth(bvh.depth);
     let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
     let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
