@@ -15,7 +15,7 @@ use crate::{device::Device, error::RenderError};
 pub const TABLE_WIDTH: u32 = 8192;
 
 /// What is copied at once: the driver keeps a copy of it until it is there.
-const COPIED_AT_ONCE: u64 = 16 << 20;
+const COPIED_AT_ONCE: u64 = 4 << 20;
 
 /// Entries that a thread makes at least: below, handing them over takes longer than making them.
 const MADE_AT_ONCE: usize = 1 << 12;

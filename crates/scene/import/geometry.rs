@@ -104,8 +104,9 @@ fn append(
         has_area(positions, &placed(triangle))
     });
     let triangles = primitive.triangles.iter().zip(seen);
-    let seen = triangles.filter_map(|(triangle, seen)| seen.then(|| placed(triangle)));
-    geometry.triangles.extend(seen);
+    let seen = triangles.filter(|(_, seen)| *seen);
+    let placed = seen.map(|(triangle, _)| placed(triangle));
+    geometry.triangles.extend(placed);
     let kept = geometry.triangles.len() - first_triangle;
     let mut dropped = primitive.dropped;
     dropped.no_area += primitive.triangles.len() - kept;
