@@ -199,7 +199,7 @@ impl Collapse<'_> {
                 *child = None;
             } else {
                 node.imask |= 1 << slot;
-                node.child_meta[slot] = 24 + slot as u8 | 1 << 5;
+                node.child_meta[slot] = (24 + slot as u8) | (1 << 5);
             }
         }
         let room = tree.nodes.len() + node.imask.count_ones() as usize;

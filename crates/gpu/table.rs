@@ -34,9 +34,12 @@ pub struct Table<'a> {
 enum Words<'a> {
     /// All of it.
     There(&'a [u32]),
-    /// So many entries, those from a number on made by a function.
-    Made(usize, Box<dyn Fn(usize, &mut [u32]) + 'a>),
+    /// So many entries, made when they are asked for.
+    Made(usize, Make<'a>),
 }
+
+/// Makes the entries from a number on.
+type Make<'a> = Box<dyn Fn(usize, &mut [u32]) + 'a>;
 
 impl fmt::Debug for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -110,13 +113,19 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Some of its entries, `range` in words.
+    /// Some of its words.
     fn part(&self, range: Range<usize>) -> Cow<'_, [u32]> {
         match &self.words {
             Words::There(words) => Cow::Borrowed(&words[range]),
             Words::Made(_, fill) => {
-                let mut words = vec![0; range.len()];
-                fill(range.start / self.entry_words, &mut words);
+                // Whole entries: the range may begin and end within one.
+                let first = range.start / self.entry_words;
+                let end = range.end.div_ceil(self.entry_words);
+                let mut words = vec![0; (end - first) * self.entry_words];
+                fill(first, &mut words);
+                let before = first * self.entry_words;
+                words.truncate(range.end - before);
+                words.drain(..range.start - before);
                 Cow::Owned(words)
             }
         }
@@ -188,17 +197,15 @@ impl<'a> Table<'a> {
             device.queue.submit([]);
             y += rows;
         }
-        // An entry may begin in the last whole row and end in the rest.
-        let begun = whole_rows * row / self.entry_words * self.entry_words;
-        let rest = &self.part(begun..words)[whole_rows * row - begun..];
+        let rest = self.part(whole_rows * row..words);
         if !rest.is_empty() {
             let size = (rest.len() as u32 / self.texel_words, 1);
-            self.copy(device, &texture, cast_slice(rest), y as u32, size);
+            self.copy(device, &texture, cast_slice(&rest), y as u32, size);
         }
         Ok(texture)
     }
 
-    /// Whole entries, and as many bytes as are copied at once or a little less.
+    /// Rows of whole entries, and of as many bytes as are copied at once or a little less.
     fn rows_at_once(&self) -> usize {
         let texels = self.entry_words.div_ceil(self.texel_words as usize);
         (COPIED_AT_ONCE / self.row_bytes()) as usize / texels * texels
@@ -274,8 +281,26 @@ mod tests {
         let rows = table.rows_at_once();
         assert!(rows > 0 && (rows * row).is_multiple_of(12));
         assert!((rows * row * 4) as u64 <= COPIED_AT_ONCE);
-        assert_eq!(table.contents()[12 * 8192], 8192);
-        assert_eq!(*table.part(24..36), [2; 12]);
+    }
+
+    #[test]
+    fn a_part_is_what_lies_there_wherever_it_begins() {
+        let table = Table::wide_of(1000, |index| {
+            std::array::from_fn::<_, 12, _>(|k| (12 * index + k) as u32)
+        });
+        let all = table.contents();
+        assert!(all.iter().copied().eq(0..12_000));
+        for range in [
+            0..12,
+            24..36,
+            0..8,
+            4..20,
+            11_000..12_000,
+            8192..12_000,
+            0..0,
+        ] {
+            assert_eq!(*table.part(range.clone()), all[range]);
+        }
     }
 
     #[test]
