@@ -146,6 +146,8 @@ pub fn render_ahead(
             )
         })
         .transpose()?;
+    // What it takes of the host is not needed once all lies on the device.
+    drop(gpu_scene);
     let mut times = RenderTimes {
         program: started.elapsed(),
         ..RenderTimes::default()
