@@ -1,17 +1,18 @@
 //! Triangles to a [`Bvh`], by obvhs.
 
+use bytemuck::allocation::cast_vec;
 use glam::{Vec3, Vec3A};
 use obvhs::{
-    Boundable, BvhBuildParams,
+    BvhBuildParams,
     aabb::Aabb,
     bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
-    cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
     ploc::PlocBuilder,
     splits::split_aabbs_preset,
     triangle::Triangle,
 };
+use rayon::prelude::*;
 
-use crate::{Bvh, Node, coincident::Groups, median};
+use crate::{Bvh, coincident::Groups, collapse::collapse, median};
 
 /// How much time to spend on building for faster traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,102 +56,92 @@ const BINARY_DEPTH_LIMIT: u32 = 64;
 /// # Errors
 /// [`BvhError`] if there are too many triangles.
 pub fn build(triangles: &[[Vec3; 3]], preset: Preset) -> Result<Bvh, BvhError> {
-    if triangles.len() > TRIANGLE_LIMIT {
+    build_of(triangles.len(), |index| triangles[index], preset)
+}
+
+/// As [`build`], of `count` triangles whose corners `corners` knows: whoever has them by indices need not lay them out.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_of(
+    count: usize,
+    corners: impl Fn(usize) -> [Vec3; 3] + Sync,
+    preset: Preset,
+) -> Result<Bvh, BvhError> {
+    if count > TRIANGLE_LIMIT {
         return Err(BvhError::TooManyTriangles {
-            count: triangles.len(),
+            count,
             limit: TRIANGLE_LIMIT,
         });
     }
-    if triangles.is_empty() {
+    if count == 0 {
         return Ok(Bvh::default());
     }
-    let padded: Vec<Triangle> = triangles
-        .iter()
-        .map(|&[v0, v1, v2]| Triangle {
-            v0: Vec3A::from(v0),
-            v1: Vec3A::from(v1),
-            v2: Vec3A::from(v2),
-        })
-        .collect();
-    let mut binary = agglomerate(&padded, preset);
-    if binary_depth(&binary) > BINARY_DEPTH_LIMIT {
-        let boxes: Vec<Aabb> = padded.iter().map(Boundable::aabb).collect();
-        binary = median::split(&boxes);
-    }
-    let wide = bvh2_to_cwbvh(&binary, 3, true, false);
-    let depth = wide_depth(&wide);
+    let triangle = |index| {
+        let [v0, v1, v2] = corners(index).map(Vec3A::from);
+        Triangle { v0, v1, v2 }
+    };
+    let boxes = || -> Vec<Aabb> {
+        let all = (0..count).into_par_iter();
+        all.map(|index| triangle(index).aabb()).collect()
+    };
+    let parameters = parameters(preset);
+    let binary = if parameters.pre_split {
+        let triangles: Vec<Triangle> = (0..count).into_par_iter().map(triangle).collect();
+        let (boxes, indices) = split(&triangles, boxes());
+        agglomerate(boxes, indices, &parameters)
+    } else {
+        agglomerate(boxes(), (0..count as u32).collect(), &parameters)
+    };
+    let wide = collapse(&binary, BINARY_DEPTH_LIMIT)
+        .or_else(|| collapse(&median::split(&boxes()), BINARY_DEPTH_LIMIT))
+        .expect("halving 2^29 triangles takes 30 levels");
     Ok(Bvh {
-        nodes: wide
-            .nodes
-            .iter()
-            .copied()
-            .map(bytemuck::cast::<_, Node>)
-            .collect(),
-        leaf_triangles: wide.primitive_indices,
-        depth,
+        nodes: cast_vec(wide.nodes),
+        leaf_triangles: wide.primitives,
+        depth: wide.depth,
     })
 }
 
-/// Parallel locally-ordered clustering (Meister and Bittner 2018), then reinsertion, as obvhs' presets have it.
-fn agglomerate(triangles: &[Triangle], preset: Preset) -> Bvh2 {
-    let parameters = match preset {
+fn parameters(preset: Preset) -> BvhBuildParams {
+    match preset {
         Preset::Fast => BvhBuildParams::very_fast_build(),
         Preset::Balanced => BvhBuildParams::medium_build(),
         Preset::Best => BvhBuildParams::very_slow_build(),
-    };
-    let mut boxes: Vec<Aabb> = triangles.iter().map(Boundable::aabb).collect();
-    let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
-    if parameters.pre_split {
-        let areas = || boxes.iter().map(Aabb::half_area);
-        let average = areas().sum::<f32>() / triangles.len() as f32;
-        let largest = areas().fold(0.0, f32::max);
-        split_aabbs_preset(&mut boxes, &mut indices, triangles, average, largest);
     }
-    let groups = Groups::of(&boxes, &indices);
-    let (boxes, indices) = match &groups {
-        Some(groups) => (
-            groups.boxes.as_slice(),
-            (0..groups.boxes.len() as u32).collect(),
-        ),
-        None => (boxes.as_slice(), indices),
+}
+
+/// Cuts large triangles' boxes into several; also says of which triangle each is.
+fn split(triangles: &[Triangle], mut boxes: Vec<Aabb>) -> (Vec<Aabb>, Vec<u32>) {
+    let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
+    let areas = || boxes.iter().map(Aabb::half_area);
+    let average = areas().sum::<f32>() / triangles.len() as f32;
+    let largest = areas().fold(0.0, f32::max);
+    split_aabbs_preset(&mut boxes, &mut indices, triangles, average, largest);
+    (boxes, indices)
+}
+
+/// Parallel locally-ordered clustering (Meister and Bittner 2018), then reinsertion, as obvhs' presets have it.
+fn agglomerate(boxes: Vec<Aabb>, indices: Vec<u32>, parameters: &BvhBuildParams) -> Bvh2 {
+    let Some(groups) = Groups::of(&boxes, &indices) else {
+        return cluster(boxes, indices, parameters);
     };
+    drop((boxes, indices));
+    let (boxes, members) = groups.into_parts();
+    let numbers = (0..members.groups()).collect();
+    members.expanded(cluster(boxes, numbers, parameters))
+}
+
+fn cluster(boxes: Vec<Aabb>, indices: Vec<u32>, parameters: &BvhBuildParams) -> Bvh2 {
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
-        boxes,
+        &boxes,
         indices,
         parameters.sort_precision,
         parameters.search_depth_threshold,
     );
+    drop(boxes);
     binary.uses_spatial_splits = parameters.pre_split;
     ReinsertionOptimizer::default().run(&mut binary, parameters.reinsertion_batch_ratio, None);
-    match groups {
-        Some(groups) => groups.expanded(binary),
-        None => binary,
-    }
-}
-
-/// Levels of a binary tree; the root is 1.
-fn binary_depth(tree: &Bvh2) -> u32 {
-    let mut deepest = 0;
-    let mut pending = vec![(0_usize, 1_u32)];
-    while let Some((index, level)) = pending.pop() {
-        deepest = deepest.max(level);
-        let node = &tree.nodes[index];
-        if !node.is_leaf() {
-            let left = node.first_index as usize;
-            pending.extend([(left, level + 1), (left + 1, level + 1)]);
-        }
-    }
-    deepest
-}
-
-/// Levels of a wide tree; the root is 1. Children lie behind their parent, so one pass from the front is enough.
-fn wide_depth(tree: &CwBvh) -> u32 {
-    let mut level = vec![1_u32; tree.nodes.len()];
-    for (index, node) in tree.nodes.iter().enumerate() {
-        for child in (0..8).filter(|&child| !node.is_leaf(child)) {
-            level[node.child_node_index(child) as usize] = level[index] + 1;
-        }
-    }
-    level.into_iter().max().unwrap_or(0)
+    binary
 }

@@ -7,10 +7,11 @@
 mod builder;
 mod check;
 mod coincident;
+mod collapse;
 mod cpu;
 mod median;
 
-pub use builder::{BvhError, Preset, build};
+pub use builder::{BvhError, Preset, build, build_of};
 pub use check::{Defect, check};
 pub use cpu::{CpuHit, CpuTraversal};
 

@@ -77,3 +77,20 @@ fn of_film(error: &FilmError) -> u8 {
         _ => FAILED,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_device_has_no_room_for_is_a_limit() {
+        let too_large = RenderError::TooLarge {
+            buffer: "leaf_vertices".to_owned(),
+            bytes: 3 << 20,
+            limit: 2 << 20,
+        };
+        let message = too_large.to_string();
+        assert!(message.contains("3 MiB for `leaf_vertices`"), "{message}");
+        assert_eq!(exit_code(&too_large.into()), LIMIT);
+    }
+}

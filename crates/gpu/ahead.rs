@@ -4,12 +4,16 @@
 
 use std::thread::{self, JoinHandle};
 
+use raytree_bvh::Bvh;
+use raytree_scene::model::Scene;
+
 use crate::{
     device::{Device, DeviceInfo},
     error::RenderError,
     pass::{ITEM_BYTES, Work},
     program::{Kernel, ProgramFeatures},
     render::STACK_PLANE,
+    settings::Shading,
     source::Limits,
     upload::GpuScene,
     wavefront::compile,
@@ -80,6 +84,8 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), R
         slot_bytes: ITEM_BYTES + 16 * u64::from(STACK_PLANE),
         samples: &[],
     };
-    let given = (&GpuScene::default(), &work);
+    let (scene, bvh) = (Scene::default(), Bvh::default());
+    let nothing = GpuScene::new(&scene, &bvh, features, Shading::default())?;
+    let given = (&nothing, &work);
     compile(&device, LARGEST, features, Limits::for_depth(0), given)
 }

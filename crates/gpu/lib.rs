@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod agreement;
 mod ahead;
+mod attributes;
 mod batch;
 mod camera;
 mod cost;
@@ -30,6 +31,7 @@ pub mod specialise;
 pub mod types;
 
 pub use ahead::Ahead;
+pub use attributes::VertexRecord;
 pub use cost::{BufferCost, Cost, cost};
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;
@@ -42,5 +44,5 @@ pub use render::{Prepared, Progress, RenderTimes, Rendered, render, render_ahead
 pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};
 pub use table::{TABLE_WIDTH, Table};
-pub use upload::{GpuScene, TooManyMedia, VertexRecord};
+pub use upload::{GpuScene, TooManyMedia};
 pub use wavefront::recorded_rays::RecordedRays;

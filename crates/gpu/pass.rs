@@ -11,7 +11,6 @@ use crate::{
     program::{Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::COUNTERS,
-    table::Table,
     types::{
         Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit,
         SecondaryRay, WorkList,
@@ -52,7 +51,9 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "piece_results" => each(size_of::<PieceResult>()),
         "secondary_rays" => each(size_of::<SecondaryRay>()),
         "secondary_hits" => each(size_of::<SecondaryHit>()),
-        _ => gpu_scene.table(name).map_or(0, Table::device_bytes),
+        _ => gpu_scene
+            .table(name)
+            .map_or(0, |table| table.device_bytes()),
     }
 }
 
@@ -90,7 +91,7 @@ impl Resources {
             }
             _ => gpu_scene
                 .table(name)
-                .map_or(Ok(()), |table| self.add_table(device, called, table)),
+                .map_or(Ok(()), |table| self.add_table(device, called, &table)),
         }
     }
 }

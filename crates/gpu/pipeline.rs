@@ -296,7 +296,7 @@ impl Resources {
         &mut self,
         device: &Device,
         name: &str,
-        table: Table<'_>,
+        table: &Table<'_>,
     ) -> Result<(), RenderError> {
         let view = table
             .upload(device, name)?

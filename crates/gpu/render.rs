@@ -165,6 +165,7 @@ impl<'p> Prepared<'p> {
         let mut times = RenderTimes::default();
         let started = Instant::now();
         let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
+        gpu_scene.check(device.highest_texture())?;
         times.layout = started.elapsed();
 
         let started = Instant::now();
@@ -185,6 +186,8 @@ impl<'p> Prepared<'p> {
                 )
             })
             .transpose()?;
+        // What it takes of the host is not needed once all lies on the device.
+        drop(gpu_scene);
         times.program = started.elapsed();
         Ok(Self {
             device,

@@ -1,18 +1,20 @@
 //! A scene as bytes for the device: everything in f32 and in the shaders' layouts, nothing that the program does not read.
 
 use bytemuck::{Zeroable, cast_slice};
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use raytree_bvh::Bvh;
 use raytree_scene::{
     environment::EquirectMap,
     features::{transmits, whitted_transmits},
     model::{
         AlphaMode, Filter, Geometry, Light as SceneLight, LightKind, Material as SceneMaterial,
-        Scene, TextureRef, Wrap, srgb_to_linear,
+        Scene, TextureRef, Triangle, Wrap, srgb_to_linear,
     },
 };
 
 use crate::{
+    attributes::{Attributes, VertexRecord},
+    error::RenderError,
     program::{Feature, ProgramFeatures},
     settings::Shading,
     solids::RankedMedia,
@@ -41,10 +43,25 @@ const IOR_INFINITE: f32 = 1e30;
 pub(crate) const LARGEST_RADIANCE: f32 = 1e30;
 
 /// Of a colour or coefficient of the book that multiplies light: a thousand times what has a meaning, and far from f32's limits.
-const LARGEST_FACTOR: f32 = 1e6;
+pub(crate) const LARGEST_FACTOR: f32 = 1e6;
 
 /// The dimmest channel of an attenuation colour: below, its logarithm means nothing.
 const LEAST_ATTENUATION: f32 = 1e-6;
+
+/// The tables, by their names in `shaders/bindings.wgsl`.
+const TABLES: [&str; 11] = [
+    "nodes",
+    "leaf_vertices",
+    "leaf_triangles",
+    "leaf_materials",
+    "leaf_nodes",
+    "attributes",
+    "materials",
+    "texture_uses",
+    "texels",
+    "environment",
+    "lights",
+];
 
 /// More media than a byte can name.
 #[derive(Debug, thiserror::Error)]
@@ -53,62 +70,16 @@ const LEAST_ATTENUATION: f32 = 1e-6;
 )]
 pub struct TooManyMedia(usize);
 
-/// What the record of a vertex in [`GpuScene::attributes`] holds, in texels of four words.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs, reason = "explained in shaders/types.wgsl, Frame")]
-pub struct VertexRecord {
-    pub words: u32,
-    pub uv_word: u32,
-    pub color_word: u32,
-    pub tangent_word: u32,
-}
-
-impl VertexRecord {
-    /// Room for what a program with these features reads.
-    fn new(geometry: &Geometry, features: ProgramFeatures) -> Self {
-        let uv_sets = if features.has(Feature::Textures) {
-            geometry.uv_sets.len() as u32
-        } else {
-            0
-        };
-        let uv_word = 1;
-        let color_word = uv_word + uv_sets.div_ceil(2);
-        let colors = features.has(Feature::VertexColors) && !geometry.colors.is_empty();
-        let tangent_word = color_word + u32::from(colors);
-        let tangents = features.has(Feature::NormalMaps) && !geometry.tangents.is_empty();
-        Self {
-            words: tangent_word + u32::from(tangents),
-            uv_word,
-            color_word,
-            tangent_word,
-        }
-    }
-
-    /// Fills in one attribute of all vertices, from component `first` of the record on.
-    fn fill<const N: usize>(
-        self,
-        records: &mut [f32],
-        first: u32,
-        values: impl Iterator<Item = [f32; N]>,
-    ) {
-        let records = records.chunks_exact_mut(4 * self.words as usize);
-        for (record, value) in records.zip(values) {
-            record[first as usize..][..N].copy_from_slice(&value);
-        }
-    }
-}
-
-/// The scene's tables, in the order of `shaders/bindings.wgsl`.
-#[derive(Clone, Debug, Default)]
+/// The scene's tables, in the order of `shaders/bindings.wgsl`. What goes with the number of triangles is laid out when it is
+/// asked for ([`Self::table`]), part by part; the rest is here.
+#[derive(Debug)]
 #[allow(missing_docs, reason = "explained in shaders/bindings.wgsl")]
-pub struct GpuScene {
-    pub nodes: Vec<u32>,
-    pub leaf_vertices: Vec<f32>,
-    pub leaf_triangles: Vec<LeafTriangle>,
-    pub leaf_materials: Vec<u32>,
-    pub leaf_nodes: Vec<u32>,
-    pub attributes: Vec<f32>,
-    pub vertex: VertexRecord,
+pub struct GpuScene<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    attributes: Attributes<'a>,
+    /// What a leaf's entry says of each material.
+    leaf_flags: Vec<u32>,
     pub materials: Vec<Material>,
     pub texture_uses: Vec<[TextureUse; MATERIAL_TEXTURES]>,
     pub texels: Vec<u32>,
@@ -118,29 +89,38 @@ pub struct GpuScene {
     pub environment_levels: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
-impl GpuScene {
+impl<'a> GpuScene<'a> {
     /// Lays out `scene`, with its hierarchy, for a program with these features.
     ///
     /// # Errors
     /// [`TooManyMedia`].
     pub fn new(
-        scene: &Scene,
-        bvh: &Bvh,
+        scene: &'a Scene,
+        bvh: &'a Bvh,
         features: ProgramFeatures,
         shading: Shading,
     ) -> Result<Self, TooManyMedia> {
+        let materials = scene.materials.iter();
         let mut gpu = Self {
-            vertex: VertexRecord::new(&scene.geometry, features),
-            ..Self::default()
+            scene,
+            bvh,
+            attributes: Attributes::new(&scene.geometry, features),
+            leaf_flags: materials
+                .map(|material| leaf_flags(material, shading))
+                .collect(),
+            materials: Vec::new(),
+            texture_uses: Vec::new(),
+            texels: Vec::new(),
+            environment: Vec::new(),
+            lights: scene.lights.iter().map(light).collect(),
+            media: Vec::new(),
+            environment_levels: Default::default(),
         };
-        gpu.add_hierarchy(scene, bvh, shading);
-        gpu.add_attributes(scene);
-        gpu.add_materials(scene, shading)?;
+        gpu.add_materials(shading)?;
         if features.has(Feature::Textures) {
-            gpu.add_textures(scene);
+            gpu.add_textures();
         }
-        gpu.lights = scene.lights.iter().map(light).collect();
-        gpu.add_environment(scene);
+        gpu.add_environment();
         Ok(gpu)
     }
 
@@ -148,34 +128,79 @@ impl GpuScene {
     #[must_use]
     pub fn table(&self, name: &str) -> Option<Table<'_>> {
         let wide = Table::wide;
-        let narrow = Table::narrow;
+        let leaves = self.bvh.leaf_triangles.len();
         Some(match name {
-            "nodes" => wide(cast_slice(&self.nodes)),
-            "leaf_vertices" => wide(cast_slice(&self.leaf_vertices)),
-            "leaf_triangles" => wide(cast_slice(&self.leaf_triangles)),
-            "leaf_materials" => narrow(&self.leaf_materials),
-            "leaf_nodes" => narrow(&self.leaf_nodes),
-            "attributes" => wide(cast_slice(&self.attributes)),
+            "nodes" => wide(cast_slice(&self.bvh.nodes)),
+            "leaf_vertices" => Table::wide_of(leaves, |leaf| self.leaf_vertices(leaf)),
+            "leaf_triangles" => {
+                Table::wide_of::<4>(leaves, |leaf| bytemuck::cast(self.leaf_triangle(leaf)))
+            }
+            "leaf_materials" => Table::narrow_of(leaves, |leaf| self.triangle(leaf).material),
+            "leaf_nodes" => Table::narrow_of(leaves, |leaf| self.triangle(leaf).node),
+            "attributes" => self.attributes.table(),
             "materials" => wide(cast_slice(&self.materials)),
             "texture_uses" => wide(cast_slice(self.texture_uses.as_flattened())),
-            "texels" => narrow(&self.texels),
+            "texels" => Table::narrow(&self.texels),
             "environment" => wide(cast_slice(&self.environment)),
             "lights" => wide(cast_slice(&self.lights)),
             _ => return None,
         })
     }
 
+    /// Does a device with textures of at most `highest` rows have room for each table?
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`] if not.
+    pub(crate) fn check(&self, highest: u32) -> Result<(), RenderError> {
+        let tables = TABLES
+            .iter()
+            .filter_map(|name| Some((name, self.table(name)?)));
+        tables
+            .into_iter()
+            .try_for_each(|(name, table)| table.check(name, highest))
+    }
+
     /// What kernels have to know of the tables; all else is zero.
     pub(crate) fn frame(&self) -> Frame {
+        let vertex = self.attributes.record;
         Frame {
-            vertex_words: self.vertex.words,
-            uv_word: self.vertex.uv_word,
-            color_word: self.vertex.color_word,
-            tangent_word: self.vertex.tangent_word,
+            vertex_words: vertex.words,
+            uv_word: vertex.uv_word,
+            color_word: vertex.color_word,
+            tangent_word: vertex.tangent_word,
             texture_kinds: self.texture_kinds(),
             environment: self.environment_levels,
             ..Frame::zeroed()
         }
+    }
+
+    /// What the record of a vertex holds.
+    #[must_use]
+    pub fn vertex(&self) -> VertexRecord {
+        self.attributes.record
+    }
+
+    /// Entry `leaf` of `leaf_triangles`.
+    #[must_use]
+    pub fn leaf_triangle(&self, leaf: usize) -> LeafTriangle {
+        let triangle = self.triangle(leaf);
+        let vertices = turned(&self.scene.geometry, triangle.vertices);
+        LeafTriangle {
+            vertices: vertices.map(|vertex| self.attributes.number(vertex)),
+            entry: self.bvh.leaf_triangles[leaf] | self.leaf_flags[triangle.material as usize],
+        }
+    }
+
+    /// Entry `leaf` of `leaf_vertices`: corners and normal.
+    fn leaf_vertices(&self, leaf: usize) -> [u32; 12] {
+        let geometry = &self.scene.geometry;
+        let vertices = turned(geometry, self.triangle(leaf).vertices);
+        let [a, b, c] = vertices.map(|vertex| geometry.positions[vertex as usize]);
+        bytemuck::cast([a, b, c, unit_normal([a, b, c])].map(|vector| vector.to_array()))
+    }
+
+    fn triangle(&self, leaf: usize) -> Triangle {
+        self.scene.geometry.triangles[self.bvh.leaf_triangles[leaf] as usize]
     }
 
     /// Which of the textures that a material can have some material has, a bit each.
@@ -189,56 +214,8 @@ impl GpuScene {
             .fold(0, |kinds, (_, kind)| kinds | 1 << kind)
     }
 
-    fn add_hierarchy(&mut self, scene: &Scene, bvh: &Bvh, shading: Shading) {
-        let geometry = &scene.geometry;
-        self.nodes = cast_slice(&bvh.nodes).to_vec();
-        let flags: Vec<u32> = scene
-            .materials
-            .iter()
-            .map(|material| leaf_flags(material, shading))
-            .collect();
-        self.leaf_vertices.reserve(12 * bvh.leaf_triangles.len());
-        for &index in &bvh.leaf_triangles {
-            let triangle = geometry.triangles[index as usize];
-            let vertices = turned(geometry, triangle.vertices);
-            let corners = vertices.map(|vertex| geometry.positions[vertex as usize]);
-            for vector in corners.into_iter().chain([unit_normal(corners)]) {
-                self.leaf_vertices.extend(vector.to_array());
-            }
-            self.leaf_triangles.push(LeafTriangle {
-                vertices,
-                entry: index | flags[triangle.material as usize],
-            });
-            self.leaf_materials.push(triangle.material);
-            self.leaf_nodes.push(triangle.node);
-        }
-    }
-
-    fn add_attributes(&mut self, scene: &Scene) {
-        let (geometry, vertex) = (&scene.geometry, self.vertex);
-        let vertices = geometry.positions.len();
-        let mut records = vec![0.0; 4 * vertex.words as usize * vertices];
-        vertex.fill(&mut records, 0, geometry.normals.iter().map(Vec3::to_array));
-        if vertex.color_word > vertex.uv_word {
-            for (uv_set, index) in geometry.uv_sets.iter().zip(0..) {
-                let first = 4 * vertex.uv_word + 2 * index;
-                vertex.fill(&mut records, first, uv_set.iter().map(Vec2::to_array));
-            }
-        }
-        if vertex.tangent_word > vertex.color_word {
-            let largest = Vec4::splat(LARGEST_FACTOR);
-            let colors = geometry.colors.iter();
-            let colors = colors.map(|color| color.min(largest).to_array());
-            vertex.fill(&mut records, 4 * vertex.color_word, colors);
-        }
-        if vertex.words > vertex.tangent_word {
-            let tangents = geometry.tangents.iter().map(Vec4::to_array);
-            vertex.fill(&mut records, 4 * vertex.tangent_word, tangents);
-        }
-        self.attributes = records;
-    }
-
-    fn add_materials(&mut self, scene: &Scene, shading: Shading) -> Result<(), TooManyMedia> {
+    fn add_materials(&mut self, shading: Shading) -> Result<(), TooManyMedia> {
+        let scene = self.scene;
         let ranked = RankedMedia::of(scene, shading);
         let materials = scene.materials.iter().zip(&ranked.rank_of_material);
         self.materials = materials
@@ -254,7 +231,8 @@ impl GpuScene {
         Ok(())
     }
 
-    fn add_textures(&mut self, scene: &Scene) {
+    fn add_textures(&mut self) {
+        let scene = self.scene;
         let mut offsets = Vec::with_capacity(scene.images.len());
         for image in &scene.images {
             offsets.push(self.texels.len() as u32);
@@ -272,8 +250,8 @@ impl GpuScene {
         self.texture_uses = uses.collect();
     }
 
-    fn add_environment(&mut self, scene: &Scene) {
-        let Some(environment) = &scene.surroundings.environment else {
+    fn add_environment(&mut self) {
+        let Some(environment) = &self.scene.surroundings.environment else {
             return;
         };
         let levels = std::iter::once(&environment.radiance)
@@ -515,6 +493,41 @@ fn light(source: &SceneLight) -> Light {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Known before anything is uploaded: the first table that does not fit a device with textures of one row.
+    #[test]
+    fn a_scene_that_is_too_large_is_refused() {
+        let triangle = Triangle {
+            vertices: [0, 1, 2],
+            material: 0,
+            node: 0,
+        };
+        let scene = Scene {
+            geometry: Geometry {
+                triangles: vec![triangle; 3000],
+                normals: vec![Vec3::Z; 3],
+                ..geometry()
+            },
+            materials: vec![SceneMaterial::default()],
+            ..Scene::default()
+        };
+        let bvh = crate::build_bvh(&scene, raytree_bvh::Preset::Fast).unwrap();
+        let features = ProgramFeatures::everything();
+        let gpu = GpuScene::new(&scene, &bvh, features, Shading::Pbr).unwrap();
+        assert!(gpu.check(2).is_ok());
+        let Err(RenderError::TooLarge { buffer, bytes, .. }) = gpu.check(1) else {
+            panic!("9,000 texels fit into 8,192");
+        };
+        assert_eq!((buffer.as_str(), bytes), ("leaf_vertices", 2 * 8192 * 16));
+    }
+
+    #[test]
+    fn each_table_is_checked() {
+        let (scene, bvh) = (Scene::default(), Bvh::default());
+        let features = ProgramFeatures::everything();
+        let gpu = GpuScene::new(&scene, &bvh, features, Shading::Pbr).unwrap();
+        assert!(TABLES.iter().all(|name| gpu.table(name).is_some()));
+    }
 
     const NEEDLE: [Vec3; 3] = [
         Vec3::new(0.1, 0.2, 0.3),

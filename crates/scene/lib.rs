@@ -6,6 +6,7 @@ pub mod environment;
 pub mod features;
 pub mod import;
 pub mod model;
+mod parallel;
 pub mod place;
 mod shown;
 pub mod simplify;

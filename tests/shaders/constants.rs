@@ -12,7 +12,7 @@ use raytree::{
 };
 use raytree_gpu::{
     GpuScene, TABLE_WIDTH, source,
-    types::{self, MATERIAL_TEXTURES, MAX_SAMPLES, MEDIA, SRGB_CODES, TextureUse},
+    types::{self, LeafTriangle, MATERIAL_TEXTURES, MAX_SAMPLES, MEDIA, SRGB_CODES, TextureUse},
 };
 
 use super::module::constant;
@@ -47,11 +47,12 @@ fn scene_of(materials: Vec<Material>) -> Scene {
     }
 }
 
-fn upload(scene: &Scene, shading: Shading) -> GpuScene {
+/// What `look` finds in what is uploaded.
+fn uploaded<T>(scene: &Scene, shading: Shading, look: impl FnOnce(&GpuScene<'_>) -> T) -> T {
     let bvh = build_bvh(scene, Preset::Fast).expect("few triangles");
     let features =
         ProgramFeatures::everything().with(Feature::Whitted, shading == Shading::Whitted);
-    GpuScene::new(scene, &bvh, features, shading).expect("few media")
+    look(&GpuScene::new(scene, &bvh, features, shading).expect("few media"))
 }
 
 fn glass() -> Material {
@@ -97,9 +98,12 @@ fn flags_of_leaves() {
         (glass(), transparent),
     ];
     let (materials, expected): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
-    let gpu = upload(&scene_of(materials), Shading::Pbr);
-    assert_eq!(gpu.leaf_triangles.len(), expected.len());
-    for leaf in &gpu.leaf_triangles {
+    let leaves: Vec<LeafTriangle> = uploaded(&scene_of(materials), Shading::Pbr, |gpu| {
+        (0..expected.len())
+            .map(|leaf| gpu.leaf_triangle(leaf))
+            .collect()
+    });
+    for leaf in leaves {
         let triangle = leaf.entry & index;
         assert_eq!(
             leaf.entry & !index,
@@ -177,12 +181,14 @@ fn flags_of_materials() {
     ];
     let (names, mut materials): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
     materials.push(Material::default());
-    let gpu = upload(&scene_of(materials), Shading::Whitted);
-    for (name, material) in names.iter().zip(&gpu.materials) {
+    let materials = uploaded(&scene_of(materials), Shading::Whitted, |gpu| {
+        gpu.materials.clone()
+    });
+    for (name, material) in names.iter().zip(&materials) {
         assert_eq!(material.flags, constant(&module, name), "{name}");
     }
     assert_eq!(
-        gpu.materials[names.len()].flags,
+        materials[names.len()].flags,
         0,
         "glTF's default material has no flag"
     );
@@ -191,21 +197,17 @@ fn flags_of_materials() {
 #[test]
 fn an_infinite_index_and_no_texture() {
     let module = parsed();
-    let gpu = upload(
-        &scene_of(vec![Material {
-            ior: f32::INFINITY,
-            ..Material::default()
-        }]),
-        Shading::Pbr,
-    );
-    assert_eq!(
-        gpu.materials[0].ior.to_bits(),
-        constant(&module, "IOR_INFINITE")
-    );
+    let scene = scene_of(vec![Material {
+        ior: f32::INFINITY,
+        ..Material::default()
+    }]);
+    let (material, uses) = uploaded(&scene, Shading::Pbr, |gpu| {
+        (gpu.materials[0], gpu.texture_uses[0])
+    });
+    assert_eq!(material.ior.to_bits(), constant(&module, "IOR_INFINITE"));
     assert_eq!(TextureUse::NONE.offset, constant(&module, "NO_TEXTURE"));
     assert!(
-        gpu.texture_uses[0]
-            .iter()
+        uses.iter()
             .all(|texture| texture.offset == TextureUse::NONE.offset)
     );
 }
@@ -253,7 +255,7 @@ fn order_of_textures() {
             srgb: false,
         });
     }
-    let gpu = upload(&scene, Shading::Pbr);
+    let uses = uploaded(&scene, Shading::Pbr, |gpu| gpu.texture_uses[0]);
     let names = [
         "BASE_COLOR_TEXTURE",
         "METALLIC_ROUGHNESS_TEXTURE",
@@ -266,7 +268,7 @@ fn order_of_textures() {
     ];
     for (name, width) in names.into_iter().zip(1_u32..) {
         assert_eq!(
-            gpu.texture_uses[0][constant(&module, name) as usize].width,
+            uses[constant(&module, name) as usize].width,
             width,
             "{name}"
         );
@@ -317,8 +319,9 @@ fn flags_of_textures() {
             }
         }
     }
-    let gpu = upload(&scene, Shading::Pbr);
-    let flags: Vec<u32> = gpu.texture_uses.iter().map(|uses| uses[0].flags).collect();
+    let flags: Vec<u32> = uploaded(&scene, Shading::Pbr, |gpu| {
+        gpu.texture_uses.iter().map(|uses| uses[0].flags).collect()
+    });
     assert_eq!(flags, expected);
 }
 
@@ -347,8 +350,8 @@ fn kinds_of_lights() {
         intensity: DVec3::ONE,
     };
     scene.lights = kinds.map(|(_, kind)| light(kind)).to_vec();
-    let gpu = upload(&scene, Shading::Pbr);
-    for ((name, _), light) in kinds.iter().zip(&gpu.lights) {
+    let lights = uploaded(&scene, Shading::Pbr, |gpu| gpu.lights.clone());
+    for ((name, _), light) in kinds.iter().zip(&lights) {
         assert_eq!(light.kind, constant(&module, name), "{name}");
     }
 }

@@ -8,6 +8,7 @@ use gltf::json::validation::Checked::Valid;
 use super::buffers::Buffers;
 use super::document::Document;
 use super::error::{Fault, Outcome};
+use crate::parallel::mapped;
 
 /// What a vertex attribute (or the index list) may look like: glTF 2.0, 3.7.2, and KHR_mesh_quantization.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -210,14 +211,14 @@ impl<'a> Accessor<'a> {
     fn gather_as<const N: usize, const SIZE: usize>(
         &self,
         which: &[u32],
-        decode: impl Fn([u8; SIZE]) -> f64,
+        decode: impl Fn([u8; SIZE]) -> f64 + Send + Sync,
     ) -> Outcome<Vec<[f64; N]>> {
         let sparse = self.sparse_indices()?;
         let element = |&element: &u32| {
             let (components, _) = self.element(element as usize, &sparse).as_chunks::<SIZE>();
             array::from_fn(|component| decode(components[component]))
         };
-        Ok(which.iter().map(element).collect())
+        Ok(mapped(which, element))
     }
 
     /// The bytes of one element; `sparse` from [`Self::sparse_indices`].

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3, Vec3, Vec4};
 use super::node::Transform;
 use super::primitive::{Dropped, Primitive};
 use crate::model::{Frame, Geometry, Triangle};
+use crate::parallel::mapped;
 use crate::place::Place;
 
 /// A primitive where a node puts it.
@@ -87,21 +88,25 @@ fn append(
     };
     geometry
         .positions
-        .extend(primitive.positions.iter().map(to_scene));
+        .append(&mut mapped(&primitive.positions, to_scene));
 
     let mirrored = world.linear.determinant() < 0.0;
-    let placed = primitive.triangles.iter().map(|&[a, b, c]| {
+    let placed = |&[a, b, c]: &[u32; 3]| {
         let vertices = if mirrored { [a, c, b] } else { [a, b, c] };
         Triangle {
             vertices: vertices.map(|vertex| first_vertex as u32 + vertex),
             material: *material,
             node: *node,
         }
-    });
+    };
     let positions = &geometry.positions;
-    geometry
-        .triangles
-        .extend(placed.filter(|triangle| has_area(positions, triangle)));
+    let seen = mapped(&primitive.triangles, |triangle| {
+        has_area(positions, &placed(triangle))
+    });
+    let triangles = primitive.triangles.iter().zip(seen);
+    let seen = triangles.filter(|(_, seen)| *seen);
+    let placed = seen.map(|(triangle, _)| placed(triangle));
+    geometry.triangles.extend(placed);
     let kept = geometry.triangles.len() - first_triangle;
     let mut dropped = primitive.dropped;
     dropped.no_area += primitive.triangles.len() - kept;
@@ -154,18 +159,25 @@ fn append_normals(geometry: &mut Geometry, instance: &Instance<'_>, first_triang
         geometry.normals.resize(first_vertex + count, Vec3::ZERO);
     } else {
         let matrix = normal_matrix(&instance.world.linear);
-        let normals = instance.primitive.normals.iter();
-        geometry.normals.extend(
-            normals.map(|normal| (matrix * normal.as_dvec3()).normalize_or_zero().as_vec3()),
-        );
+        geometry
+            .normals
+            .append(&mut mapped(&instance.primitive.normals, |normal| {
+                (matrix * normal.as_dvec3()).normalize_or_zero().as_vec3()
+            }));
     }
-    for triangle in &geometry.triangles[first_triangle..] {
+    if !geometry.normals[first_vertex..].contains(&Vec3::ZERO) {
+        return;
+    }
+    let triangles = &geometry.triangles[first_triangle..];
+    let own = mapped(triangles, |triangle| {
+        let normal = area_normal(&geometry.positions, triangle).normalize();
+        normal.as_vec3()
+    });
+    for (triangle, own) in triangles.iter().zip(own) {
         for vertex in triangle.vertices {
             let normal = &mut geometry.normals[vertex as usize];
             if *normal == Vec3::ZERO {
-                *normal = area_normal(&geometry.positions, triangle)
-                    .normalize()
-                    .as_vec3();
+                *normal = own;
             }
         }
     }

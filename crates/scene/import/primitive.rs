@@ -16,6 +16,7 @@ use super::error::{Fault, Outcome, Warnings};
 use super::extension;
 use super::tangents;
 use crate::model::TextureRef;
+use crate::parallel::mapped;
 
 /// A primitive's triangles. Attribute lists are as long as `positions` or empty.
 #[derive(Clone, Debug, Default)]
@@ -141,19 +142,13 @@ pub(super) fn load(
         dropped,
         ..Primitive::default()
     };
-    loaded.positions = position
-        .gather(&vertices)?
-        .into_iter()
-        .map(DVec3::from_array)
-        .collect();
+    let positions = position.gather(&vertices)?.into_iter();
+    loaded.positions = positions.map(DVec3::from_array).collect();
     if let Some(normal) = &normal {
         // A normal without length becomes that of a triangle at the vertex.
         let mended = Mended::new("normals", "that of a triangle there is used", [0.0; 3]);
-        loaded.normals = mended
-            .gather(normal, &vertices, place, warnings)?
-            .into_iter()
-            .map(|n| DVec3::from_array(n).as_vec3())
-            .collect();
+        let normals = mended.gather(normal, &vertices, place, warnings)?;
+        loaded.normals = mapped(&normals, |&n| DVec3::from_array(n).as_vec3());
     }
     for &set in needs.uv_sets {
         let uv = attributes.get(Semantic::TexCoords(set), Usage::TexCoord)?;
@@ -340,15 +335,15 @@ fn unshare_vertices(triangles: &mut [[u32; 3]]) -> Vec<u32> {
 /// scene's extent least of all.
 fn drop_unusable(triangles: &mut Vec<[u32; 3]>, position: &Accessor<'_>) -> Outcome<Dropped> {
     let corners = position.gather(triangles.as_flattened())?;
-    let corners: Vec<DVec3> = corners.into_iter().map(DVec3::from_array).collect();
-    let mut placed = corners.as_chunks::<3>().0.iter();
-    let mut dropped = Dropped::default();
-    triangles.retain(|_| {
-        let Some([a, b, c]) = placed.next() else {
-            return true;
-        };
+    let found = mapped(corners.as_chunks::<3>().0, |&corners| {
+        let [a, b, c] = corners.map(DVec3::from_array);
         let finite = a.is_finite() && b.is_finite() && c.is_finite();
-        let has_area = (b - a).cross(c - a) != DVec3::ZERO;
+        (finite, (b - a).cross(c - a) != DVec3::ZERO)
+    });
+    let mut dropped = Dropped::default();
+    let mut found = found.into_iter();
+    triangles.retain(|_| {
+        let (finite, has_area) = found.next().unwrap_or((true, true));
         dropped.not_finite += usize::from(!finite);
         dropped.no_area += usize::from(finite && !has_area);
         finite && has_area
@@ -381,6 +376,12 @@ impl<const N: usize> Mended<N> {
         warnings: &mut Warnings,
     ) -> Outcome<Vec<[f64; N]>> {
         let mut values = attribute.gather(vertices)?;
+        let finite = mapped(&values, |value: &[f64; N]| {
+            value.iter().all(|x| x.is_finite())
+        });
+        if !finite.contains(&false) {
+            return Ok(values);
+        }
         // Flat shading has vertices several times over.
         let mut mended = BTreeSet::new();
         for (value, &vertex) in values.iter_mut().zip(vertices) {

@@ -1,0 +1,29 @@
+//! Work on each of many items on all cores, where the order does not matter: results are the same to the bit, whatever the number
+//! of threads.
+
+use rayon::prelude::*;
+
+/// Fewer items than these a thread alone has done before others have woken up.
+const ENOUGH: usize = 1 << 14;
+
+/// Each of the items by `map`, in their order.
+pub(crate) fn mapped<T: Sync, U: Send>(items: &[T], map: impl Fn(&T) -> U + Send + Sync) -> Vec<U> {
+    if items.len() < ENOUGH {
+        items.iter().map(map).collect()
+    } else {
+        items.par_iter().map(map).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn order_is_kept() {
+        for count in [0, 3, ENOUGH, 3 * ENOUGH + 1] {
+            let items: Vec<usize> = (0..count).collect();
+            assert_eq!(mapped(&items, |item| *item), items);
+        }
+    }
+}
