@@ -29,8 +29,10 @@ fn store_slot(slot: u32) {
     store_words(RADIANCE_PLANE, slot, words, 2u);
 }
 
-fn camera_item(pixel: vec2u, sample: u32) -> WorkItem {
-    let ray = camera_ray(pixel, sample_offset(sample));
+// The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
+fn camera_item(slot: u32) -> WorkItem {
+    let pixel = pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP);
+    let ray = camera_ray(pixel + frame.window_origin, sample_offset(frame.sample));
     var item: WorkItem;
     item.origin = ray.origin;
     item.direction = ray.direction;
@@ -453,15 +455,31 @@ fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
 
 // What lies below the item that was taken from the stack.
 fn item_below(slot: u32, index: u32) -> WorkItem {
-    return item_of(load_state(STACK_PLANE, slot, index, pending - 1u).item);
+    return item_of(load_state(STACK_PLANE, frame.state_planes, slot, index, pending - 1u).item);
+}
+
+// What is stored of an entry: of a camera ray no item, and with the first sample no sum.
+fn load_entry(slot: u32, level: u32, index: u32) -> SlotState {
+    var first = RADIANCE_PLANE;
+    var end = frame.state_planes;
+    if (level == CAMERA_LEVEL) {
+        first = select(HIT_PLANE, RADIANCE_PLANE, frame.sample > 0u);
+        end = STACK_PLANE;
+    }
+    return load_state(first, end, slot, index, level);
 }
 
 // Goes on with a slot whose ray on top of the stack was traced. The result: its entry in the list of those with a ray to trace.
 fn advance(entry: u32, index: u32) -> u32 {
     let slot = entry_slot(entry);
     pending = entry_level(entry);
-    let loaded = load_state(RADIANCE_PLANE, slot, index, pending);
+    let loaded = load_entry(slot, pending, index);
     var item = item_of(loaded.item);
+    let begins = pending == CAMERA_LEVEL;
+    if (begins) {
+        item = camera_item(slot);
+        pending = 0u;
+    }
     var hit = item.hit;
     var meets = true;
     if (item.kind != LIGHTS) {
@@ -476,13 +494,18 @@ fn advance(entry: u32, index: u32) -> u32 {
             traversal_slot = slot;
             if (gather_contact(item, hit, (entry & ENTRY_GATHERING) != 0u)) {
                 store_contact();
-                return entry_of(slot, pending) | ENTRY_GATHERING;
+                return (entry & (ENTRY_SLOT | (ENTRY_LEVEL << ENTRY_LEVEL_SHIFT))) | ENTRY_GATHERING;
             }
             hit = contact.hit;
             item.joined = contact.joined;
         }
     }
     take_slot(loaded);
+    if (begins) {
+        common_rays = 0u;
+        rays += 1u;
+        radiance.w += 1.0;
+    }
     if (item.kind != LIGHTS) {
         meets = meets_surface(item, hit);
     }

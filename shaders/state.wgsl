@@ -57,10 +57,10 @@ struct SlotState {
 
 const_assert ITEM_WORDS == 4u; // those that load_state names
 
-// Those of the planes from `first` on.
-fn load_state(first: u32, slot: u32, index: u32, level: u32) -> SlotState {
+// Those of the planes from `first` on, up to before `end`, which is frame.state_planes at most.
+fn load_state(first: u32, end: u32, slot: u32, index: u32, level: u32) -> SlotState {
     var loaded: SlotState;
-    for (var plane = first; plane < frame.state_planes; plane++) {
+    for (var plane = first; plane < end; plane++) {
         let place = select(slot, index, plane == HIT_PLANE);
         let above = select(0u, level * ITEM_WORDS, plane >= STACK_PLANE);
         let word = load_word(plane + above, place);

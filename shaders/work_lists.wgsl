@@ -8,6 +8,7 @@ const NO_ENTRY: u32 = 0xffffffffu;
 const ENTRY_SLOT: u32 = 0xfffffu;
 const ENTRY_LEVEL_SHIFT: u32 = 20u;
 const ENTRY_LEVEL: u32 = 0x3ffu;
+const CAMERA_LEVEL: u32 = 0x3ffu; // instead of a level: the slot's camera ray, which nothing is stored of
 const ENTRY_SUSPENDED: u32 = 0x40000000u; // in the midst of its traversal
 const ENTRY_GATHERING: u32 = 0x80000000u; // faces in contact are gathered
 

@@ -5,7 +5,10 @@ use naga::{Expression, Literal, Module};
 use crate::{
     batch::TILE_PIXELS,
     pass::ITEM_BYTES,
-    render::{EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES, SUSPENDED_HEAD},
+    render::{
+        CAMERA_LEVEL, EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES,
+        SUSPENDED_HEAD,
+    },
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
     upload,
@@ -70,7 +73,9 @@ fn an_entry_of_a_list_has_room_for_slot_and_level() {
     let constant = |name| constant(&shaders(), name);
     assert_eq!(constant("ENTRY_SLOT") + 1, MOST_SLOTS);
     assert_eq!(1 << constant("ENTRY_LEVEL_SHIFT"), MOST_SLOTS);
-    assert_eq!(constant("ENTRY_LEVEL") + 1, MOST_LEVELS);
+    assert_eq!(constant("ENTRY_LEVEL"), CAMERA_LEVEL);
+    assert_eq!(constant("CAMERA_LEVEL"), CAMERA_LEVEL);
+    assert_eq!(MOST_LEVELS, CAMERA_LEVEL, "levels are below");
     assert_eq!(constant("LIST_WORKGROUP"), TILE_PIXELS);
 }
 

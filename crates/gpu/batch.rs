@@ -57,8 +57,8 @@ impl Tiling {
     /// The pixel that a slot renders, as an index into the window; `None` for slots beyond its edges.
     pub(crate) fn pixel_of_slot(self, batch: Batch, slot: u32) -> Option<usize> {
         let (workgroup, lane) = (slot / TILE_PIXELS, slot % TILE_PIXELS);
-        let spread = (u64::from(workgroup) * u64::from(batch.stride)) % u64::from(batch.tile_count);
-        let tile = batch.first_tile + spread as u32;
+        // Fits 32 bits: spreading_stride sees to it, as the shaders need it.
+        let tile = batch.first_tile + workgroup * batch.stride % batch.tile_count;
         let (block, within) = (lane / 8, lane % 8);
         let x = TILE * (tile % self.columns) + (block % 2) * 4 + within % 4;
         let y = TILE * (tile / self.columns) + (block / 2) * 2 + within / 4;

@@ -386,9 +386,13 @@ impl ComingBack {
         Self { staging, index }
     }
 
-    /// Waits until they are there.
-    pub(crate) fn wait(&self, device: &Device) -> Result<Vec<u8>, DeviceError> {
-        mapped(device, &self.staging, &self.index)
+    /// Waits until they are there: what `take` makes of them.
+    pub(crate) fn wait<R>(
+        &self,
+        device: &Device,
+        take: impl FnOnce(&[u8]) -> R,
+    ) -> Result<R, DeviceError> {
+        mapped(device, &self.staging, &self.index, take)
     }
 }
 
@@ -398,22 +402,23 @@ pub(crate) fn read_back(
     buffer: &Buffer,
     size: u64,
 ) -> Result<Vec<u8>, DeviceError> {
-    ComingBack::begin(device, buffer, size).wait(device)
+    ComingBack::begin(device, buffer, size).wait(device, <[u8]>::to_vec)
 }
 
-/// What a buffer for reading back holds when a submission is done.
-pub(crate) fn mapped(
+/// What `take` makes of a buffer for reading back when a submission is done.
+pub(crate) fn mapped<R>(
     device: &Device,
     staging: &Buffer,
     index: &SubmissionIndex,
-) -> Result<Vec<u8>, DeviceError> {
+    take: impl FnOnce(&[u8]) -> R,
+) -> Result<R, DeviceError> {
     staging.map_async(wgpu::MapMode::Read, .., |_| {});
     device.wait_for(index)?;
     let view = staging
         .get_mapped_range(..)
         .map_err(|error| device.lost(error.to_string()))?;
-    let bytes = view.to_vec();
+    let made = take(&view);
     drop(view);
     staging.unmap();
-    Ok(bytes)
+    Ok(made)
 }

@@ -25,7 +25,7 @@ use crate::{
     solids::camera_media,
     source::Limits,
     statistics::{Counters, Dropped},
-    types::{Aov, Frame, MAX_SAMPLES, Slot},
+    types::{Aov, Frame, MAX_SAMPLES},
     upload::{GpuScene, in_range},
     wavefront::{STEP_BUDGET, SlotsComing, Wavefront},
 };
@@ -47,7 +47,10 @@ pub(crate) const STACK_VARIABLES: u32 = 4;
 
 /// Slots and levels of a stack that an entry of a list can name (`shaders/work_lists.wgsl`).
 pub(crate) const MOST_SLOTS: u32 = 1 << 20;
-pub(crate) const MOST_LEVELS: u32 = 1 << 10;
+pub(crate) const MOST_LEVELS: u32 = CAMERA_LEVEL;
+
+/// What an entry names instead of a level for a camera ray; of the same name there.
+pub(crate) const CAMERA_LEVEL: u32 = (1 << 10) - 1;
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,10 +246,7 @@ impl<'p> Prepared<'p> {
                     plan.tell(observer, batch, in_batch)
                 };
                 let meanwhile = || match finished.take() {
-                    Some((before, slots)) => {
-                        developed.add(plan, before, &slots.wait(device)?);
-                        Ok(())
-                    }
+                    Some((before, slots)) => developed.add(device, plan, before, &slots),
                     None => Ok(()),
                 };
                 iterations +=
@@ -256,7 +256,7 @@ impl<'p> Prepared<'p> {
             finished = Some((batch, self.fetch(batch)));
         }
         if let Some((last, slots)) = finished {
-            developed.add(plan, last, &slots.wait(device)?);
+            developed.add(device, plan, last, &slots)?;
         }
         times.render = started.elapsed();
 
@@ -293,8 +293,8 @@ impl<'p> Prepared<'p> {
             panic!("the picture has {} batches", self.plan.batches.len());
         };
         let mut developed = Developed::of(self.settings);
-        let slots = self.fetch(batch).wait(self.device)?;
-        developed.add(&self.plan, batch, &slots);
+        let slots = self.fetch(batch);
+        developed.add(self.device, &self.plan, batch, &slots)?;
         Ok(developed.film)
     }
 
@@ -345,10 +345,10 @@ pub(crate) fn frame_of(
 /// A picture's layout in batches, and the frame that they share.
 pub(crate) struct Plan {
     pub(crate) frame: Frame,
-    tiling: Tiling,
+    pub(crate) tiling: Tiling,
     pub(crate) batches: Vec<Batch>,
     slot_bytes: u64,
-    samples: Vec<[f32; 2]>,
+    pub(crate) samples: Vec<[f32; 2]>,
     sample_count: u32,
 }
 
@@ -487,18 +487,25 @@ impl Developed {
         }
     }
 
-    /// Finished slots to pixels.
-    fn add(&mut self, plan: &Plan, batch: Batch, slots: &[Slot]) {
+    /// Finished slots to pixels, when they have come.
+    fn add(
+        &mut self,
+        device: &Device,
+        plan: &Plan,
+        batch: Batch,
+        slots: &SlotsComing,
+    ) -> Result<(), RenderError> {
         let share = f64::from(plan.sample_count).recip();
-        for (slot, index) in slots.iter().zip(0_u32..) {
-            self.dropped.add(slot);
-            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, index) {
+        Ok(slots.each(device, |index, slot| {
+            // The others are not the picture's, and nothing is stored of them.
+            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, index as u32) {
+                self.dropped.add(&slot);
                 let [r, g, b, alpha] = slot.radiance.map(|sum| (f64::from(sum) * share) as f32);
                 self.film.radiance[pixel] = [r, g, b];
                 self.film.alpha[pixel] = alpha.clamp(0.0, 1.0);
                 self.rays[pixel] = slot.rays;
             }
-        }
+        })?)
     }
 }
 

@@ -342,12 +342,14 @@ impl Wavefront {
         earlier: &InFlight,
         counters: &mut Counters,
     ) -> Result<Done, DeviceError> {
-        let bytes = mapped(device, &self.reports[earlier.report], &earlier.index)?;
-        let (counts, list) = bytes.split_at(4 * COUNTERS);
-        let list: WorkList = pod_read_unaligned(list);
-        Ok(Done {
-            left: list.length,
-            iterations: counters.add(cast_slice(counts)),
+        let report = &self.reports[earlier.report];
+        mapped(device, report, &earlier.index, |bytes| {
+            let (counts, list) = bytes.split_at(4 * COUNTERS);
+            let list: WorkList = pod_read_unaligned(list);
+            Done {
+                left: list.length,
+                iterations: counters.add(cast_slice(counts)),
+            }
         })
     }
 
@@ -369,21 +371,25 @@ pub(crate) struct SlotsComing {
 }
 
 impl SlotsComing {
-    /// Waits until they are there.
-    pub(crate) fn wait(&self, device: &Device) -> Result<Vec<Slot>, DeviceError> {
-        let bytes = self.bytes.wait(device)?;
-        let words: &[[u32; 4]] = cast_slice(&bytes);
-        let (radiance, counts) = words.split_at(self.count);
-        Ok(radiance
-            .iter()
-            .zip(counts)
-            .map(|(radiance, counts)| Slot {
-                radiance: radiance.map(f32::from_bits),
-                rays: counts[0],
-                common_rays: counts[1],
-                dropped_storage: counts[2],
-                dropped_budget: counts[3],
-            })
-            .collect())
+    /// Waits until they are there, and gives them one after the other.
+    pub(crate) fn each(
+        &self,
+        device: &Device,
+        mut take: impl FnMut(usize, Slot),
+    ) -> Result<(), DeviceError> {
+        self.bytes.wait(device, |bytes| {
+            let words: &[[u32; 4]] = cast_slice(bytes);
+            let (radiance, counts) = words.split_at(self.count);
+            for (index, (radiance, counts)) in radiance.iter().zip(counts).enumerate() {
+                let slot = Slot {
+                    radiance: radiance.map(f32::from_bits),
+                    rays: counts[0],
+                    common_rays: counts[1],
+                    dropped_storage: counts[2],
+                    dropped_budget: counts[3],
+                };
+                take(index, slot);
+            }
+        })
     }
 }

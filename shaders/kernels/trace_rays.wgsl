@@ -11,7 +11,12 @@ fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let entry = queue_in[index];
     let slot = entry_slot(entry);
-    var ray = item_of(load_state(STACK_PLANE, slot, index, entry_level(entry)).item);
+    let level = entry_level(entry);
+    let end = select(frame.state_planes, STACK_PLANE, level == CAMERA_LEVEL);
+    var ray = item_of(load_state(STACK_PLANE, end, slot, index, level).item);
+    if (level == CAMERA_LEVEL) {
+        ray = camera_item(slot);
+    }
     if (ray.kind == LIGHTS) {
         return;
     }

@@ -9,11 +9,13 @@ use wgpu::{
 
 use super::{Wavefront, resource_name};
 use crate::{
+    batch::{Batch, TILE_PIXELS},
     device::{Device, DeviceError},
     error::RenderError,
     pass::ITEM_BYTES,
+    piece::{Piece, PieceCall, PieceResult, evaluate},
     program::Feature,
-    render::{MOST_LEVELS, MOST_SLOTS, Prepared, STACK_PLANE},
+    render::{CAMERA_LEVEL, MOST_SLOTS, Prepared, STACK_PLANE},
     statistics::Counters,
     types::{Frame, ProbeHit, ProbeRay},
 };
@@ -93,10 +95,12 @@ impl Prepared<'_> {
             staging: self.device.device.create_buffer(&staging),
             bounds: self.scene.geometry.bounds().unwrap_or_default(),
             ray_of_slot: Vec::new(),
+            camera_rays: Vec::new(),
             recorded: RecordedRays::default(),
         };
         for &batch in &self.plan.batches {
             for sample in 0..self.settings.samples {
+                recorder.camera_rays = self.camera_rays(batch, sample)?;
                 recorder.run(&Frame {
                     sample,
                     ..self.plan.frame_of(batch)
@@ -104,6 +108,32 @@ impl Prepared<'_> {
             }
         }
         Ok(recorder.recorded)
+    }
+}
+
+impl Prepared<'_> {
+    /// The ray that each slot of a batch begins with, by the device's own function: nothing is stored of it there.
+    fn camera_rays(&self, batch: Batch, sample: u32) -> Result<Vec<ProbeRay>, RenderError> {
+        let (plan, settings) = (&self.plan, self.settings);
+        let region = settings.visible_region();
+        let [x, y] = plan.samples[sample as usize].map(f32::to_bits);
+        let call = |slot: u32| -> PieceCall {
+            // Slots beyond the window begin with none; any will do.
+            let pixel = plan.tiling.pixel_of_slot(batch, slot).unwrap_or_default() as u32;
+            let [column, row] = [pixel % region.width, pixel / region.width];
+            let mut call = PieceCall::default();
+            call[..4].copy_from_slice(&[region.x + column, region.y + row, x, y]);
+            call
+        };
+        let calls: Vec<PieceCall> = (0..batch.tile_count * TILE_PIXELS).map(call).collect();
+        let found = evaluate(self.device, Piece::Camera, self.scene, settings, &calls)?;
+        let bounds = self.scene.geometry.bounds().unwrap_or_default();
+        let t_min = plan.frame.start_t;
+        let begun = |result: PieceResult| {
+            let vector = |k: usize| [result[k], result[k + 1], result[k + 2]].map(f32::from_bits);
+            begun_at_zero(vector(0).into(), vector(3).into(), [t_min, T_MAX], bounds)
+        };
+        Ok(found.into_iter().map(begun).collect())
     }
 }
 
@@ -117,6 +147,8 @@ struct Recorder<'p> {
     bounds: (DVec3, DVec3),
     /// The ray that each slot has traced last.
     ray_of_slot: Vec<usize>,
+    /// The ray that each slot begins with.
+    camera_rays: Vec<ProbeRay>,
     recorded: RecordedRays,
 }
 
@@ -155,7 +187,8 @@ impl Recorder<'_> {
     ) -> Result<Vec<Option<usize>>, DeviceError> {
         let queue = resource_name("queue_in", reads);
         let entries: Vec<u32> = self.read(&queue, 0, length, <[u32]>::to_vec)?;
-        let levels = || entries.iter().map(|entry| level(*entry));
+        let stored = |level: &u32| *level != CAMERA_LEVEL;
+        let levels = || entries.iter().map(|entry| level(*entry)).filter(stored);
         let lowest = levels().min().unwrap_or(0);
         let planes = (levels().max().unwrap_or(0) + 1 - lowest) * ITEM_WORDS;
         let stride = frame.slot_count as usize;
@@ -165,6 +198,9 @@ impl Recorder<'_> {
             planes * frame.slot_count,
             |words: &[Word]| {
                 let item = |&entry: &u32| {
+                    if level(entry) == CAMERA_LEVEL {
+                        return Item::default();
+                    }
                     let plane = ((level(entry) - lowest) * ITEM_WORDS) as usize;
                     std::array::from_fn(|word| words[(plane + word) * stride + slot(entry)])
                 };
@@ -179,13 +215,18 @@ impl Recorder<'_> {
 
     /// The ray of an entry: a new one, unless its traversal goes on; none if it has only lights left to sum up.
     fn trace(&mut self, entry: u32, item: Item) -> Option<usize> {
-        if item[1][3] & ITEM_KIND == LIGHTS {
+        let begins = level(entry) == CAMERA_LEVEL;
+        if !begins && item[1][3] & ITEM_KIND == LIGHTS {
             return None;
         }
         let rays = &mut self.recorded.rays;
         if entry & ENTRY_SUSPENDED == 0 {
             self.ray_of_slot[slot(entry)] = rays.len();
-            rays.push(ray_of(item, self.bounds));
+            rays.push(if begins {
+                self.camera_rays[slot(entry)]
+            } else {
+                ray_of(item, self.bounds)
+            });
             self.recorded.triangles.push(u32::MAX);
         }
         Some(self.ray_of_slot[slot(entry)])
@@ -236,7 +277,7 @@ fn slot(entry: u32) -> usize {
 }
 
 fn level(entry: u32) -> u32 {
-    entry / MOST_SLOTS % MOST_LEVELS
+    entry / MOST_SLOTS & CAMERA_LEVEL
 }
 
 /// The ray of an item as `store_item` leaves it (`shaders/ray_stack.wgsl`), begun at `t` = 0.
@@ -245,7 +286,20 @@ fn ray_of([a, b, c, d]: Item, bounds: (DVec3, DVec3)) -> ProbeRay {
     let (origin, direction) = (vector(a), vector(b));
     let shadow = b[3] & ITEM_KIND == SHADOW;
     let t_max = if shadow { f32::from_bits(c[3]) } else { T_MAX };
-    let t_min = f32::from_bits(d[2]);
+    let ray = begun_at_zero(origin, direction, [f32::from_bits(d[2]), t_max], bounds);
+    ProbeRay {
+        shadow: u32::from(shadow),
+        ..ray
+    }
+}
+
+/// A ray between two places along it, as one that begins at `t` = 0.
+fn begun_at_zero(
+    origin: Vec3,
+    direction: Vec3,
+    [t_min, t_max]: [f32; 2],
+    bounds: (DVec3, DVec3),
+) -> ProbeRay {
     let start = if t_min < 0.0 {
         t_min.max(before(origin, direction, bounds)).min(0.0)
     } else if t_min > 0.0 {
@@ -257,7 +311,7 @@ fn ray_of([a, b, c, d]: Item, bounds: (DVec3, DVec3)) -> ProbeRay {
         origin: (origin + start * direction).to_array(),
         t_max: if t_max < T_MAX { t_max - start } else { t_max },
         direction: direction.to_array(),
-        shadow: u32::from(shadow),
+        shadow: 0,
     }
 }
 
