@@ -1,8 +1,9 @@
 // One traversal for every kind of ray. It must be called from one place in a kernel: lavapipe inlines each call.
 
-// Work done by this invocation in this iteration.
+// Work done by this invocation in this iteration: for statistics, and, a step each, for who may not take too long.
 var<private> node_visits: u32;
 var<private> triangle_tests: u32;
+var<private> steps: u32;
 
 // Where node visits and triangle tests of this iteration end, in the midst of a ray if need be: what the ray has found and what it
 // has still to visit is left in `state`, and the next iteration goes on with it.
@@ -81,7 +82,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     }
     loop {
         if (HAS_LONG_RAYS) {
-            if (node_visits + triangle_tests >= frame.step_budget) {
+            if (steps >= frame.step_budget) {
                 let words = Words(word_of_hit(hit), vec4u(group, height, 0u), vec4u(top, second), vec4u(third, fourth), vec4u(0u));
                 store_words(suspended_plane(0u), traversal_slot, words, TRAVERSAL_WORDS);
                 for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
@@ -99,10 +100,16 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         let child = group.x + countOneBits(which_inner & ~(0xffffffffu << slot));
         let node = load_node(child);
         let bits = intersect_node(ray, node, t_min, hit.t);
-        node_visits += 1u;
+        if (HAS_COUNTERS) {
+            node_visits += 1u;
+        }
         group = vec2u(node.first_child, (bits & 0xff000000u) | node.inner);
 
         var leaf_bits = bits & 0x00ffffffu;
+        if (HAS_LONG_RAYS) {
+            // Of a shadow ray, some of the tests may be spared; it has ended then.
+            steps += 1u + countOneBits(leaf_bits);
+        }
         while (leaf_bits != 0u) {
             let offset = firstTrailingBit(leaf_bits);
             leaf_bits &= leaf_bits - 1u;
@@ -114,7 +121,9 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             } else {
                 found = moeller_trumbore(origin, direction, corners.v0, corners.v1, corners.v2);
             }
-            triangle_tests += 1u;
+            if (HAS_COUNTERS) {
+                triangle_tests += 1u;
+            }
             if (!found.valid) {
                 continue;
             }
