@@ -28,18 +28,26 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let progress = Progress::new(console.shows_progress());
     progress.stage("importing");
     let choice = values::device(&args.quality.device);
-    let (prepared, import, opened, waited) = thread::scope(|scope| {
+    let (prepared, import, assembled, opened, waited) = thread::scope(|scope| {
         let opening = scope.spawn(|| Device::open(&choice));
         let (prepared, import) = timed(|| prepare(args, &outputs));
+        let (prepared, assembled) = timed(|| {
+            let prepared = prepared?;
+            let features = raytree::prepare(&prepared.scene, &prepared.settings);
+            anyhow::Ok((prepared, features))
+        });
         let (opened, waited) = timed(|| opening.join());
-        (prepared, import, opened, waited)
+        (prepared, import, assembled, opened, waited)
     });
-    let Prepared {
-        scene,
-        contents,
-        studio,
-        settings,
-    } = prepared?;
+    let (
+        Prepared {
+            scene,
+            contents,
+            studio,
+            settings,
+        },
+        features,
+    ) = prepared?;
     progress.aside(|| console.warn(&scene.warnings));
     cancel::check()?;
 
@@ -54,8 +62,9 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
         }
     };
     let preset = args.quality.bvh.into();
-    let rendering = raytree::render(&device, &scene, preset, &settings, &mut observer)
-        .map_err(as_interruption)?;
+    let rendering =
+        raytree::render_prepared(&device, &scene, preset, &settings, features, &mut observer)
+            .map_err(as_interruption)?;
 
     progress.stage("writing");
     let options = write_options(&args.output, scene.surroundings.background);
@@ -65,6 +74,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let times = Times {
         import,
+        assemble: assembled,
         device: waited,
         write,
         total: started.elapsed(),

@@ -37,7 +37,9 @@ impl Contents {
 pub struct Times {
     /// Scene and environment into memory.
     pub import: Duration,
-    /// Waiting for the device to open, which it does while the scene is read.
+    /// Kernels from the shaders' text to what the scene needs of them.
+    pub assemble: Duration,
+    /// Waiting for the device to open, which it does meanwhile.
     pub device: Duration,
     /// Pictures into files.
     pub write: Duration,
@@ -125,6 +127,7 @@ impl Report<'_> {
         let (times, rendering) = (self.times, self.rendering.times);
         let mut stages = vec![
             ("import", times.import),
+            ("assemble", times.assemble),
             ("device", times.device),
             ("bvh", self.rendering.bvh_time),
             ("layout", rendering.layout),

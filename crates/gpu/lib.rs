@@ -39,7 +39,7 @@ pub use hierarchy::build_bvh;
 pub use piece::{Piece, PieceCall, PieceResult, evaluate};
 pub use pipeline::{Binding, bindings_of};
 pub use probe::{Prober, SecondaryProber, probe};
-pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble};
+pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble, assemble_ahead};
 pub use render::{Prepared, Progress, RenderTimes, Rendered, render, render_ahead, render_with};
 pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};

@@ -1,5 +1,10 @@
 //! Which program a scene needs: features of scene and settings to a specialised module.
 
+use std::{
+    collections::HashMap,
+    sync::{LazyLock, Mutex, MutexGuard, PoisonError},
+};
+
 use naga::{Module, back::PipelineConstants};
 use raytree_scene::features::SceneFeatures;
 use raytree_scene::model::Projection;
@@ -270,6 +275,29 @@ pub fn assemble(
     features: ProgramFeatures,
     limits: Limits,
 ) -> Result<Module, ProgramError> {
+    if let Some(module) = assembled().get(&(kernel.name(), features, limits)) {
+        return Ok(module.clone());
+    }
     let module = source::parsed(limits)?;
     Ok(specialise(&module, kernel.name(), &features.constants())?)
+}
+
+/// Assembles what a picture will take, unless its hierarchy is uncommonly deep: 30 to 50 ms that need neither device nor hierarchy,
+/// for who has to wait for these. [`assemble`] finds it then.
+pub fn assemble_ahead(features: ProgramFeatures) {
+    let limits = Limits::for_depth(0);
+    for kernel in Kernel::PICTURE {
+        // Who renders meets an error again, and reports it.
+        if let Ok(module) = assemble(kernel, features, limits) {
+            assembled().insert((kernel.name(), features, limits), module);
+        }
+    }
+}
+
+/// Kernels that were assembled ahead, by their names.
+type Assembled = HashMap<(&'static str, ProgramFeatures, Limits), Module>;
+
+fn assembled() -> MutexGuard<'static, Assembled> {
+    static ASSEMBLED: LazyLock<Mutex<Assembled>> = LazyLock::new(Mutex::default);
+    ASSEMBLED.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -33,7 +33,7 @@ pub use raytree_film::{
     BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format,
     Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
 };
-use raytree_gpu::{Ahead, render_ahead};
+use raytree_gpu::{Ahead, assemble_ahead, render_ahead};
 pub use raytree_gpu::{
     BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature,
     Kernel, Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
@@ -98,6 +98,21 @@ pub fn render(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
     let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+    render_prepared(device, scene, preset, settings, features, observer)
+}
+
+/// As [`render`], after [`prepare`].
+///
+/// # Errors
+/// [`RenderError`].
+pub fn render_prepared(
+    device: &Device,
+    scene: &Scene,
+    preset: Preset,
+    settings: &RenderSettings,
+    features: ProgramFeatures,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
     let ahead = Ahead::begin(device, features);
     let started = Instant::now();
     let bvh = build_bvh(scene, preset)?;
@@ -121,6 +136,14 @@ pub fn render(
         times,
         iterations,
     })
+}
+
+/// What the picture's program will have. It is assembled already, which needs no device: worth it while one opens.
+#[must_use]
+pub fn prepare(scene: &Scene, settings: &RenderSettings) -> ProgramFeatures {
+    let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
+    assemble_ahead(features);
+    features
 }
 
 /// Gives a scene without lights, environment and ambient light the built-in studio: a neutral environment and a key light that

@@ -6,6 +6,7 @@ use glam::DVec3;
 use crate::{
     features::may_bound_solid,
     model::{AlphaMode, Material, Scene},
+    parallel,
 };
 
 /// Of the largest coordinate of a triangle: how far apart two planes may lie that are one but for the rounding of their corners.
@@ -35,7 +36,7 @@ pub(crate) fn exists(scene: &Scene) -> bool {
         .partition(|face| face.kind == Kind::Solid);
     let tree = Tree::build(&mut solids);
     let touches = |face: &Face| tree.any(&solids, face);
-    others.iter().any(touches) || solids.iter().any(touches)
+    parallel::any(&others, touches) || parallel::any(&solids, touches)
 }
 
 /// What a material's faces are to a ray in a solid.

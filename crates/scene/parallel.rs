@@ -15,6 +15,15 @@ pub(crate) fn mapped<T: Sync, U: Send>(items: &[T], map: impl Fn(&T) -> U + Send
     }
 }
 
+/// Does `found` hold for any of the items? Not all of them may be asked.
+pub(crate) fn any<T: Sync>(items: &[T], found: impl Fn(&T) -> bool + Send + Sync) -> bool {
+    if items.len() < ENOUGH {
+        items.iter().any(found)
+    } else {
+        items.par_iter().any(found)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -24,6 +33,8 @@ mod tests {
         for count in [0, 3, ENOUGH, 3 * ENOUGH + 1] {
             let items: Vec<usize> = (0..count).collect();
             assert_eq!(mapped(&items, |item| *item), items);
+            let has = |wanted| any(&items, |item| *item == wanted);
+            assert_eq!([has(count / 2), has(count)], [count > 0, false]);
         }
     }
 }

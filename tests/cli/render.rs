@@ -123,8 +123,8 @@ fn json_has_the_documented_keys() {
     assert_eq!(
         keys(&report["time_ms"]),
         [
-            "import", "device", "bvh", "layout", "program", "compile", "render", "write", "other",
-            "total"
+            "import", "assemble", "device", "bvh", "layout", "program", "compile", "render",
+            "write", "other", "total"
         ]
     );
     assert_eq!(
