@@ -277,7 +277,7 @@ fn slot(entry: u32) -> usize {
 }
 
 fn level(entry: u32) -> u32 {
-    entry / MOST_SLOTS & CAMERA_LEVEL
+    (entry / MOST_SLOTS) & CAMERA_LEVEL
 }
 
 /// The ray of an item as `store_item` leaves it (`shaders/ray_stack.wgsl`), begun at `t` = 0.
