@@ -44,9 +44,9 @@ struct Frame {
     rotation_sin: f32,
     max_rays: u32, // of a sample's tree, shadow rays left out
     camera_media: vec2u, // what the camera is in: media.wgsl
-    zero: u32, // always 0, which compilers can't know: precise.wgsl
+    zero: u32, // always 0, which compilers can't know: precise.wgsl, state.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
-    state_planes: u32, // that load_state goes through: STACK_PLANE + ITEM_WORDS
+    state_planes: u32, // that load_state goes through at most: STACK_PLANE + ITEM_WORDS
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }
@@ -58,7 +58,7 @@ const BACKGROUND_TRANSPARENT: u32 = 2u;
 // A triangle but for its corners' positions, material and node: what traversal reads at every test lies apart. In both the
 // vertices are turned so that the first is the one opposite to the longest edge (crates/gpu/upload.rs).
 struct LeafTriangle {
-    vertices: vec3u,
+    vertices: vec3u, // their records in `attributes`, which vertices that are equal share
     entry: u32, // its index in the scene, with LEAF_* flags
 }
 

@@ -32,3 +32,20 @@ pub struct Bvh {
     /// Levels of nodes, the root is 1. Traversal keeps at most one stack entry a level.
     pub depth: u32,
 }
+
+/// Where a node says which of its children are nodes (bits 24 to 31), and where these begin; words of a [`Node`].
+const INNER_WORD: usize = 3;
+const CHILDREN_WORD: usize = 4;
+
+impl Bvh {
+    /// Does a traversal end, whatever the ray? It does where children lie behind their parents and within the tree, as [`build`] leaves
+    /// them. For who hands the tree to a device on which nothing else ends it.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.nodes.iter().enumerate().all(|(index, node)| {
+            let inner = (node[INNER_WORD] >> 24).count_ones() as usize;
+            let first = node[CHILDREN_WORD] as usize;
+            inner == 0 || (first > index && first + inner <= self.nodes.len())
+        })
+    }
+}

@@ -19,7 +19,7 @@ use crate::summary;
 use crate::values;
 use crate::view;
 
-/// What is wrong with anything but the device is said first.
+/// All that needs no device is checked before one is opened.
 pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let started = Instant::now();
     let outputs = Outputs::plan(args)?;
@@ -27,31 +27,24 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let progress = Progress::new(console.shows_progress());
     progress.stage("importing");
-    let choice = values::device(&args.quality.device);
-    let (prepared, import, assembled, opened, waited) = thread::scope(|scope| {
-        let opening = scope.spawn(|| Device::open(&choice));
-        let (prepared, import) = timed(|| prepare(args, &outputs));
-        let (prepared, assembled) = timed(|| {
-            let prepared = prepared?;
-            let features = raytree::prepare(&prepared.scene, &prepared.settings);
-            anyhow::Ok((prepared, features))
-        });
-        let (opened, waited) = timed(|| opening.join());
-        (prepared, import, assembled, opened, waited)
-    });
-    let (
-        Prepared {
-            scene,
-            contents,
-            studio,
-            settings,
-        },
-        features,
-    ) = prepared?;
+    let (prepared, import) = timed(|| prepare(args, &outputs));
+    let Prepared {
+        scene,
+        contents,
+        studio,
+        settings,
+    } = prepared?;
     progress.aside(|| console.warn(&scene.warnings));
     cancel::check()?;
 
     progress.stage("preparing");
+    let choice = values::device(&args.quality.device);
+    let (features, assemble, opened, waited) = thread::scope(|scope| {
+        let opening = scope.spawn(|| Device::open(&choice));
+        let (features, assemble) = timed(|| raytree::assemble_for(&scene, &settings));
+        let (opened, waited) = timed(|| opening.join());
+        (features, assemble, opened, waited)
+    });
     let device = opened.unwrap_or_else(|panic| resume_unwind(panic))?;
     let mut observer = |state: raytree::Progress| {
         progress.rendered(state.finished);
@@ -63,7 +56,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     };
     let preset = args.quality.bvh.into();
     let rendering =
-        raytree::render_prepared(&device, &scene, preset, &settings, features, &mut observer)
+        raytree::render_with_features(&device, &scene, preset, &settings, features, &mut observer)
             .map_err(as_interruption)?;
 
     progress.stage("writing");
@@ -74,7 +67,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let times = Times {
         import,
-        assemble: assembled,
+        assemble,
         device: waited,
         write,
         total: started.elapsed(),

@@ -37,7 +37,7 @@ impl Contents {
 pub struct Times {
     /// Scene and environment into memory.
     pub import: Duration,
-    /// Kernels from the shaders' text to what the scene needs of them.
+    /// What the scene needs, and its kernels from the shaders' text.
     pub assemble: Duration,
     /// Waiting for the device to open, which it does meanwhile.
     pub device: Duration,

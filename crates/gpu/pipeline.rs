@@ -204,8 +204,8 @@ fn shader_module(device: &Device, kernel: Kernel, module: Module) -> ShaderModul
         ..ShaderRuntimeChecks::checked()
     };
     #[allow(unsafe_code, reason = "wgpu offers it in no other way")]
-    // SAFETY: what has to hold is that no loop is without end. Modules come from `shaders/` alone, whose loops go through a tree of
-    // finite depth that `raytree_bvh` has built, through the bits of a word, or up to a count.
+    // SAFETY: what has to hold is that no loop is without end. Modules come from `shaders/` alone, whose loops go through a tree that
+    // `GpuScene::new` has made sure is finite, along a ray's hits in their strict order, through the bits of a word, or up to a count.
     unsafe {
         device
             .device

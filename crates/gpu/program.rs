@@ -283,9 +283,10 @@ pub fn assemble(
 }
 
 /// Assembles what a picture will take, unless its hierarchy is uncommonly deep: 30 to 50 ms that need neither device nor hierarchy,
-/// for who has to wait for these. [`assemble`] finds it then.
+/// for who has to wait for these. [`assemble`] finds it then, until others are assembled ahead.
 pub fn assemble_ahead(features: ProgramFeatures) {
     let limits = Limits::for_depth(0);
+    assembled().retain(|(_, before, _), _| *before == features);
     for kernel in Kernel::PICTURE {
         // Who renders meets an error again, and reports it.
         if let Ok(module) = assemble(kernel, features, limits) {

@@ -79,9 +79,9 @@ pub struct Rendered {
 /// Where a render's time went.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderTimes {
-    /// The scene to tables.
+    /// The scene's small tables, and what the large ones share.
     pub layout: Duration,
-    /// Shader assembly, specialisation, pipeline creation, upload.
+    /// Assembly of kernels that were not assembled ahead, pipeline creation; the large tables, made while they are uploaded.
     pub program: Duration,
     /// The first dispatches, in which the driver compiles; they render nothing.
     pub compile: Duration,

@@ -208,7 +208,7 @@ impl<'a> Table<'a> {
     /// Rows of whole entries, and of as many bytes as are copied at once or a little less.
     fn rows_at_once(&self) -> usize {
         let texels = self.entry_words.div_ceil(self.texel_words as usize);
-        (COPIED_AT_ONCE / self.row_bytes()) as usize / texels * texels
+        ((COPIED_AT_ONCE / self.row_bytes()) as usize / texels).max(1) * texels
     }
 
     fn reserve(&self, device: &Device, name: &str) -> Texture {

@@ -94,12 +94,16 @@ impl<'a> GpuScene<'a> {
     ///
     /// # Errors
     /// [`TooManyMedia`].
+    ///
+    /// # Panics
+    /// If the hierarchy is not as [`raytree_bvh::build`] leaves it: a traversal might not end ([`Bvh::is_finite`]).
     pub fn new(
         scene: &'a Scene,
         bvh: &'a Bvh,
         features: ProgramFeatures,
         shading: Shading,
     ) -> Result<Self, TooManyMedia> {
+        assert!(bvh.is_finite(), "the hierarchy is none of raytree_bvh's");
         let materials = scene.materials.iter();
         let mut gpu = Self {
             scene,

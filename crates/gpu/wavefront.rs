@@ -36,7 +36,8 @@ pub(crate) const STEP_BUDGET: u32 = 4096;
 const MOST_STEPS: u64 = STEP_BUDGET as u64 + 32;
 
 /// What the work that is submitted at once should take: long enough that waiting for it costs nothing, short enough to be
-/// cancelled, and for the watchdogs of displays.
+/// cancelled, and for the watchdogs of displays. Two such are under way at a time, and how many iterations the next one has is decided
+/// by the one before the last: so the range spans a factor of 4, or the number would swing.
 const AT_ONCE: std::ops::Range<Duration> = Duration::from_millis(40)..Duration::from_millis(160);
 
 const MOST_ITERATIONS: u32 = 64;
@@ -254,6 +255,13 @@ impl Wavefront {
             let earlier = self.submit(device, encoder, reads);
             meanwhile()?;
             if let Some(earlier) = earlier {
+                // Of a run that was cancelled, there may be something to count, but not here.
+                let mut foreign = Counters::default();
+                let counters = if is_ours {
+                    &mut *counters
+                } else {
+                    &mut foreign
+                };
                 let done = self.hear_of(device, &earlier, counters)?;
                 if is_ours {
                     iterations += done.iterations;

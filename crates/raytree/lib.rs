@@ -98,14 +98,14 @@ pub fn render(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
     let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
-    render_prepared(device, scene, preset, settings, features, observer)
+    render_with_features(device, scene, preset, settings, features, observer)
 }
 
-/// As [`render`], after [`prepare`].
+/// As [`render`], with the features that [`assemble_for`] has found.
 ///
 /// # Errors
 /// [`RenderError`].
-pub fn render_prepared(
+pub fn render_with_features(
     device: &Device,
     scene: &Scene,
     preset: Preset,
@@ -140,7 +140,7 @@ pub fn render_prepared(
 
 /// What the picture's program will have. It is assembled already, which needs no device: worth it while one opens.
 #[must_use]
-pub fn prepare(scene: &Scene, settings: &RenderSettings) -> ProgramFeatures {
+pub fn assemble_for(scene: &Scene, settings: &RenderSettings) -> ProgramFeatures {
     let features = ProgramFeatures::of(&SceneFeatures::of(scene), settings);
     assemble_ahead(features);
     features

@@ -42,6 +42,7 @@ fn assert_good(triangles: &[[Vec3; 3]]) {
             triangles.len()
         );
         assert!(bvh.depth >= u32::from(!triangles.is_empty()));
+        assert!(bvh.is_finite());
     }
 }
 
@@ -49,6 +50,18 @@ fn assert_good(triangles: &[[Vec3; 3]]) {
 fn no_triangle_gives_no_node() {
     let bvh = build(&[], Preset::Balanced).unwrap();
     assert!(bvh.nodes.is_empty() && bvh.leaf_triangles.is_empty());
+}
+
+/// A node that is its own child, or that has children beyond the last node, is noticed.
+#[test]
+fn a_tree_without_end_is_noticed() {
+    let good = build(&soup(1000, 0.1), Preset::Balanced).unwrap();
+    assert!(good.is_finite());
+    for children in [0, good.nodes.len() as u32] {
+        let mut bad = good.clone();
+        bad.nodes[0][4] = children;
+        assert!(!bad.is_finite(), "{children}");
+    }
 }
 
 #[test]

@@ -109,9 +109,7 @@ impl Prepared<'_> {
         }
         Ok(recorder.recorded)
     }
-}
 
-impl Prepared<'_> {
     /// The ray that each slot of a batch begins with, by the device's own function: nothing is stored of it there.
     fn camera_rays(&self, batch: Batch, sample: u32) -> Result<Vec<ProbeRay>, RenderError> {
         let (plan, settings) = (&self.plan, self.settings);
