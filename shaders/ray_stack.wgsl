@@ -69,7 +69,8 @@ fn store_item(slot: u32, level: u32, item: WorkItem) {
         vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)),
         vec4u(0u),
     );
-    store_words(item_plane(level), slot, words, ITEM_WORDS);
+    // The last one only where a ray may have media, or holes behind it.
+    store_words(item_plane(level), slot, words, frame.state_planes - STACK_PLANE);
 }
 
 fn item_of(words: array<vec4u, ITEM_WORDS>) -> WorkItem {

@@ -46,7 +46,7 @@ struct Frame {
     camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl, state.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
-    state_planes: u32, // that load_state goes through at most: STACK_PLANE + ITEM_WORDS
+    state_planes: u32, // that load_state goes through at most: STACK_PLANE, and the words of an item that are in use
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }

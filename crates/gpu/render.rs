@@ -395,7 +395,7 @@ impl Plan {
             window_size: [region.width, region.height],
             tile_columns: tiling.columns,
             stack_capacity,
-            state_planes: STACK_PLANE + (ITEM_BYTES / 16) as u32,
+            state_planes: STACK_PLANE + item_words(features),
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
             ..gpu.frame()
@@ -506,6 +506,16 @@ impl Developed {
                 self.rays[pixel] = slot.rays;
             }
         })?)
+    }
+}
+
+/// Words of a stacked item that are in use: its last one holds the ray's media, and where it goes on behind a hole.
+fn item_words(features: ProgramFeatures) -> u32 {
+    let all = (ITEM_BYTES / 16) as u32;
+    if features.has(Feature::Solids) || features.has(Feature::Mask) {
+        all
+    } else {
+        all - 1
     }
 }
 
