@@ -175,8 +175,7 @@ fn show_cores(name: &str, turns: &[Turn], findings: &mut Findings) {
 }
 
 fn main() {
-    if !cpu_time::available() {
-        println!("frame: left out, /proc/self/task/*/schedstat is not there");
+    if !cpu_time::available_for("frame") {
         return;
     }
     let rounds = Effort::chosen().rounds();

@@ -174,8 +174,7 @@ fn bvh(scene: &Scene) -> Bvh {
 }
 
 fn main() {
-    if !support::cpu_time::available() {
-        println!("numerics: left out, /proc/self/task/*/schedstat is not there");
+    if !support::cpu_time::available_for("numerics") {
         return;
     }
     let count = Effort::chosen().rounds();

@@ -126,8 +126,7 @@ fn main() {
         println!("{cpu} {wall}");
         return;
     }
-    if !support::cpu_time::available() {
-        println!("specialised: left out, /proc/self/task/*/schedstat is not there");
+    if !support::cpu_time::available_for("specialised") {
         return;
     }
     let rounds = Effort::chosen().rounds();

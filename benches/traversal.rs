@@ -289,8 +289,7 @@ fn main() {
         println!("{}", compile(&device));
         return;
     }
-    if !support::cpu_time::available() {
-        println!("traversal: left out, /proc/self/task/*/schedstat is not there");
+    if !support::cpu_time::available_for("traversal") {
         return;
     }
     let effort = Effort::chosen();

@@ -494,7 +494,7 @@ fn advance(entry: u32, index: u32) -> u32 {
             traversal_slot = slot;
             if (gather_contact(item, hit, (entry & ENTRY_GATHERING) != 0u)) {
                 store_contact();
-                return (entry & (ENTRY_SLOT | (ENTRY_LEVEL << ENTRY_LEVEL_SHIFT))) | ENTRY_GATHERING;
+                return (entry & ~ENTRY_SUSPENDED) | ENTRY_GATHERING;
             }
             hit = contact.hit;
             item.joined = contact.joined;

@@ -16,6 +16,16 @@ fn load_word(plane: u32, place: u32) -> vec4u {
     return state[plane * frame.slot_count + place];
 }
 
+const HIT_BACK: u32 = 1u; // in a hit's last component, which has room for more
+
+fn word_of_hit(hit: Hit) -> vec4u {
+    return vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, HIT_BACK, hit.back));
+}
+
+fn hit_of_word(word: vec4u) -> Hit {
+    return Hit(bitcast<f32>(word.x), word.y, word.z, (word.w & HIT_BACK) != 0u);
+}
+
 // Words that belong together, in planes one above the other.
 const WORDS_AT_ONCE: u32 = 5u;
 alias Words = array<vec4u, WORDS_AT_ONCE>;

@@ -22,14 +22,6 @@ fn below_plane(k: u32) -> u32 {
     return suspended_plane(SUSPENDED_HEAD + k / 2u);
 }
 
-fn word_of_hit(hit: Hit) -> vec4u {
-    return vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, 1u, hit.back));
-}
-
-fn hit_of_word(word: vec4u) -> Hit {
-    return Hit(bitcast<f32>(word.x), word.y, word.z, word.w != 0u);
-}
-
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
 // `left` itself, the one that the ray has just left: a plane is met once. Nor anything at t = 0: on a plane whose points have
 // no error the origin was not moved, and its neighbour in that plane has been left as well. Of hits at equal t the lowest

@@ -53,14 +53,12 @@ struct Traced {
     suspended: bool, // its traversal goes on in the next iteration
 }
 
-const TRACED_BACK: u32 = 1u;
-const TRACED_SUSPENDED: u32 = 2u;
+const TRACED_SUSPENDED: u32 = 2u; // beside HIT_BACK
 
 fn store_hit(index: u32, hit: Hit, suspended_: bool) {
-    let flags = select(0u, TRACED_BACK, hit.back) | select(0u, TRACED_SUSPENDED, suspended_);
-    store_word(HIT_PLANE, index, vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, flags));
+    store_word(HIT_PLANE, index, word_of_hit(hit) | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended_)));
 }
 
 fn traced_of(word: vec4u) -> Traced {
-    return Traced(Hit(bitcast<f32>(word.x), word.y, word.z, (word.w & TRACED_BACK) != 0u), (word.w & TRACED_SUSPENDED) != 0u);
+    return Traced(hit_of_word(word), (word.w & TRACED_SUSPENDED) != 0u);
 }

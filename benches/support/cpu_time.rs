@@ -17,6 +17,15 @@ pub fn available() -> bool {
     of_this_thread() > 0
 }
 
+/// The same, for a bench that can't do without; says so where it has to.
+pub fn available_for(bench: &str) -> bool {
+    let available = available();
+    if !available {
+        println!("{bench}: left out, /proc/self/task/*/schedstat is not there");
+    }
+    available
+}
+
 fn total() -> Option<u64> {
     sum_of_threads(0)
 }

@@ -215,6 +215,6 @@ fn text(path: &Path) -> String {
 }
 
 /// To the microsecond.
-fn milliseconds(duration: Duration) -> f64 {
+pub fn milliseconds(duration: Duration) -> f64 {
     duration.as_micros() as f64 / 1e3
 }

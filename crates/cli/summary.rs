@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use raytree::{Dropped, Kernel, RenderTimes};
 
-use crate::report::Report;
+use crate::report::{Report, milliseconds};
 
 /// What was written, and in what time.
 pub fn line(report: &Report<'_>) -> String {
@@ -135,10 +135,6 @@ fn kernels(times: &RenderTimes) -> String {
         .map(|(kernel, time)| format!("{} {:.1}", kernel.name(), milliseconds(time)))
         .collect();
     parts.join(", ")
-}
-
-fn milliseconds(time: Duration) -> f64 {
-    time.as_secs_f64() * 1e3
 }
 
 fn list(labels: &[&str]) -> String {

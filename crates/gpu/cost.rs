@@ -15,18 +15,8 @@ use crate::{
     settings::RenderSettings,
     source::Limits,
     specialise::{SpecialiseError, validate},
-    upload::GpuScene,
+    upload::{GEOMETRY_TABLES, GpuScene},
 };
-
-/// The buffers whose size goes with the number of triangles.
-const GEOMETRY: [&str; 6] = [
-    "nodes",
-    "leaf_vertices",
-    "leaf_triangles",
-    "leaf_materials",
-    "leaf_nodes",
-    "attributes",
-];
 
 /// What rendering a scene takes besides time.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,7 +91,7 @@ pub fn cost(
         .sum::<Result<usize, _>>()?;
     let geometry: u64 = buffers
         .iter()
-        .filter(|buffer| GEOMETRY.contains(&buffer.name.as_str()))
+        .filter(|buffer| GEOMETRY_TABLES.contains(&buffer.name.as_str()))
         .map(|buffer| buffer.bytes)
         .sum();
     let triangles = scene.geometry.triangles.len();

@@ -8,10 +8,11 @@ use naga::{
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBindingType,
-    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor,
-    ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor, ShaderModule,
-    ShaderModuleDescriptor, ShaderRuntimeChecks, ShaderSource, ShaderStages, StorageTextureAccess,
-    SubmissionIndex, TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension,
+    BufferDescriptor, BufferSlice, BufferUsages, CommandEncoderDescriptor, ComputePass,
+    ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor, PipelineLayoutDescriptor,
+    ShaderModule, ShaderModuleDescriptor, ShaderRuntimeChecks, ShaderSource, ShaderStages,
+    StorageTextureAccess, SubmissionIndex, TextureFormat, TextureView, TextureViewDescriptor,
+    TextureViewDimension,
 };
 
 use crate::{
@@ -392,7 +393,7 @@ impl ComingBack {
         device: &Device,
         take: impl FnOnce(&[u8]) -> R,
     ) -> Result<R, DeviceError> {
-        mapped(device, &self.staging, &self.index, take)
+        mapped(device, self.staging.slice(..), &self.index, take)
     }
 }
 
@@ -405,20 +406,20 @@ pub(crate) fn read_back(
     ComingBack::begin(device, buffer, size).wait(device, <[u8]>::to_vec)
 }
 
-/// What `take` makes of a buffer for reading back when a submission is done.
+/// What `take` makes of a part of a buffer for reading back when a submission is done.
 pub(crate) fn mapped<R>(
     device: &Device,
-    staging: &Buffer,
+    staging: BufferSlice<'_>,
     index: &SubmissionIndex,
     take: impl FnOnce(&[u8]) -> R,
 ) -> Result<R, DeviceError> {
-    staging.map_async(wgpu::MapMode::Read, .., |_| {});
+    staging.map_async(wgpu::MapMode::Read, |_| {});
     device.wait_for(index)?;
     let view = staging
-        .get_mapped_range(..)
+        .get_mapped_range()
         .map_err(|error| device.lost(error.to_string()))?;
     let made = take(&view);
     drop(view);
-    staging.unmap();
+    staging.buffer().unmap();
     Ok(made)
 }

@@ -48,20 +48,28 @@ pub(crate) const LARGEST_FACTOR: f32 = 1e6;
 /// The dimmest channel of an attenuation colour: below, its logarithm means nothing.
 const LEAST_ATTENUATION: f32 = 1e-6;
 
-/// The tables, by their names in `shaders/bindings.wgsl`.
-const TABLES: [&str; 11] = [
+/// The tables whose size goes with the number of triangles, by their names in `shaders/bindings.wgsl`.
+pub(crate) const GEOMETRY_TABLES: [&str; 6] = [
     "nodes",
     "leaf_vertices",
     "leaf_triangles",
     "leaf_materials",
     "leaf_nodes",
     "attributes",
+];
+
+/// The others.
+const SMALL_TABLES: [&str; 5] = [
     "materials",
     "texture_uses",
     "texels",
     "environment",
     "lights",
 ];
+
+fn tables() -> impl Iterator<Item = &'static str> {
+    GEOMETRY_TABLES.into_iter().chain(SMALL_TABLES)
+}
 
 /// More media than a byte can name.
 #[derive(Debug, thiserror::Error)]
@@ -156,11 +164,8 @@ impl<'a> GpuScene<'a> {
     /// # Errors
     /// [`RenderError::TooLarge`] if not.
     pub(crate) fn check(&self, highest: u32) -> Result<(), RenderError> {
-        let tables = TABLES
-            .iter()
-            .filter_map(|name| Some((name, self.table(name)?)));
-        tables
-            .into_iter()
+        tables()
+            .filter_map(|name| Some((name, self.table(name)?)))
             .try_for_each(|(name, table)| table.check(name, highest))
     }
 
@@ -530,7 +535,7 @@ mod tests {
         let (scene, bvh) = (Scene::default(), Bvh::default());
         let features = ProgramFeatures::everything();
         let gpu = GpuScene::new(&scene, &bvh, features, Shading::Pbr).unwrap();
-        assert!(TABLES.iter().all(|name| gpu.table(name).is_some()));
+        assert!(tables().all(|name| gpu.table(name).is_some()));
     }
 
     const NEEDLE: [Vec3; 3] = [

@@ -351,7 +351,7 @@ impl Wavefront {
         counters: &mut Counters,
     ) -> Result<Done, DeviceError> {
         let report = &self.reports[earlier.report];
-        mapped(device, report, &earlier.index, |bytes| {
+        mapped(device, report.slice(..), &earlier.index, |bytes| {
             let (counts, list) = bytes.split_at(4 * COUNTERS);
             let list: WorkList = pod_read_unaligned(list);
             Done {

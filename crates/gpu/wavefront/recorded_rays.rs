@@ -3,9 +3,7 @@
 
 use bytemuck::{Pod, cast_slice};
 use glam::{DVec3, Vec3};
-use wgpu::{
-    Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor, MapMode,
-};
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor};
 
 use super::{Wavefront, resource_name};
 use crate::{
@@ -14,6 +12,7 @@ use crate::{
     error::RenderError,
     pass::ITEM_BYTES,
     piece::{Piece, PieceCall, PieceResult, evaluate},
+    pipeline::mapped,
     program::Feature,
     render::{CAMERA_LEVEL, MOST_SLOTS, Prepared, STACK_PLANE},
     statistics::Counters,
@@ -257,16 +256,9 @@ impl Recorder<'_> {
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(from, bytes(first), staging, 0, bytes(count));
-        device.queue.submit([encoder.finish()]);
-        staging.map_async(MapMode::Read, ..bytes(count), |_| {});
-        device.wait()?;
-        let view = staging
-            .get_mapped_range(..bytes(count))
-            .map_err(|error| device.lost(error.to_string()))?;
-        let made = take(cast_slice(&view));
-        drop(view);
-        staging.unmap();
-        Ok(made)
+        let index = device.queue.submit([encoder.finish()]);
+        let part = staging.slice(..bytes(count));
+        mapped(device, part, &index, |bytes| take(cast_slice(bytes)))
     }
 }
 
