@@ -14,11 +14,12 @@ use ::exr::prelude::{
 };
 
 use crate::error::Fault;
-use crate::film::{Aovs, Film};
+use crate::film::{Aovs, Estimates, Film};
 use crate::read::{Budget, Picture, Rect};
 
 /// The film as an EXR file's bytes: `R G B A` and, if it has AOVs, `Z` (depth) and the layers `Position`, `Ng` (geometric normal), `N`
-/// (shading normal), `albedo`, and the integer channels `MaterialId`, `NodeId` and `rays`. ZIP: no loss.
+/// (shading normal), `albedo`, and the integer channels `MaterialId`, `NodeId` and `rays`; of a picture that was
+/// rendered to a tolerance also `error.dropped`, `error.sampling` and the integers `samples`. ZIP: no loss.
 pub(crate) fn encode_film(film: &Film) -> Result<Vec<u8>, String> {
     encode_image(&film_as_image(film), true)
 }
@@ -46,6 +47,9 @@ fn film_as_image(film: &Film) -> FilmImage {
     list.push(AnyChannel::new("A", FlatSamples::F32(film.alpha.clone())));
     if let Some(aovs) = &film.aovs {
         push_aovs(&mut list, aovs);
+    }
+    if let Some(estimates) = &film.estimates {
+        push_estimates(&mut list, estimates);
     }
     let window = film.window;
     let position = Vec2(window.x as i32, window.y as i32);
@@ -90,6 +94,17 @@ fn push_aovs(list: &mut Channels, aovs: &Aovs) {
     ] {
         list.push(AnyChannel::new(name, FlatSamples::U32(ids.clone())));
     }
+}
+
+fn push_estimates(list: &mut Channels, estimates: &Estimates) {
+    for (name, error) in [
+        ("error.dropped", &estimates.dropped),
+        ("error.sampling", &estimates.sampling),
+    ] {
+        list.push(AnyChannel::new(name, FlatSamples::F32(error.clone())));
+    }
+    let samples = FlatSamples::U32(estimates.samples.clone());
+    list.push(AnyChannel::new("samples", samples));
 }
 
 fn push_vectors(list: &mut Channels, names: [&str; 3], vectors: &[[f32; 3]]) {

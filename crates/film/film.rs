@@ -34,6 +34,8 @@ pub struct Film {
     pub alpha: Vec<f32>,
     /// Auxiliary layers, if they were rendered.
     pub aovs: Option<Aovs>,
+    /// How far each pixel is said to be off, if it was rendered to a tolerance.
+    pub estimates: Option<Estimates>,
 }
 
 impl Film {
@@ -58,6 +60,7 @@ impl Film {
             radiance: vec![[0.0; 3]; pixels],
             alpha: vec![0.0; pixels],
             aovs: None,
+            estimates: None,
         }
     }
 
@@ -71,7 +74,11 @@ impl Film {
         let pixels = self.pixel_count();
         let whole = self.radiance.len() == pixels
             && self.alpha.len() == pixels
-            && self.aovs.as_ref().is_none_or(|aovs| aovs.is_filled(pixels));
+            && self.aovs.as_ref().is_none_or(|aovs| aovs.is_filled(pixels))
+            && self
+                .estimates
+                .as_ref()
+                .is_none_or(|estimates| estimates.is_filled(pixels));
         assert!(
             whole,
             "a layer of the film has not {} x {} entries",
@@ -128,5 +135,22 @@ impl Aovs {
         self.depth.len() == pixels
             && vectors.iter().all(|layer| layer.len() == pixels)
             && integers.iter().all(|layer| layer.len() == pixels)
+    }
+}
+
+/// How far each pixel is said to be off: linear radiance, largest channel. Both parts together are the estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimates {
+    /// The most that branches of its ray trees could have added which were left out or cut off: a bound of the mean.
+    pub dropped: Vec<f32>,
+    /// What lies between its samples: standard error of the mean.
+    pub sampling: Vec<f32>,
+    /// Samples that the pixel took.
+    pub samples: Vec<u32>,
+}
+
+impl Estimates {
+    fn is_filled(&self, pixels: usize) -> bool {
+        [self.dropped.len(), self.sampling.len(), self.samples.len()] == [pixels; 3]
     }
 }

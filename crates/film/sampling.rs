@@ -166,7 +166,7 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     const FILTERS: [ReconstructionFilter; 2] = [
@@ -277,7 +277,7 @@ mod tests {
     }
 
     /// Edges of many angles and distances from the pixel's middle, each with the filter's exact integral on its one side.
-    fn edges(filter: ReconstructionFilter) -> Vec<(f64, f64, f64)> {
+    pub fn edges(filter: ReconstructionFilter) -> Vec<(f64, f64, f64)> {
         let (angles, distances) = (90, 41);
         (0..angles * distances)
             .map(|i| {
@@ -290,7 +290,7 @@ mod tests {
     }
 
     /// Mean error of `pattern` on `edges`.
-    fn edge_error(pattern: &[[f32; 2]], edges: &[(f64, f64, f64)]) -> f64 {
+    pub fn edge_error(pattern: &[[f32; 2]], edges: &[(f64, f64, f64)]) -> f64 {
         let error = |&(angle, distance, exact): &(f64, f64, f64)| {
             let (sin, cos) = angle.sin_cos();
             let inside = |[x, y]: &&[f32; 2]| f64::from(*x) * cos + f64::from(*y) * sin <= distance;
@@ -303,10 +303,12 @@ mod tests {
     fn order_of_convergence(counts: &[u32], filter: ReconstructionFilter) -> f64 {
         let edges = edges(filter);
         let error = |n: &u32| edge_error(&filtered_pattern(*n, filter), &edges);
-        let points: Vec<_> = counts
-            .iter()
-            .map(|n| (f64::from(*n).ln(), error(n).ln()))
-            .collect();
+        slope(counts.iter().map(|n| (f64::from(*n), error(n))))
+    }
+
+    /// Of the straight line through the logarithms of these points.
+    pub fn slope(points: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let points: Vec<_> = points.map(|(x, y)| (x.ln(), y.ln())).collect();
         let n = points.len() as f64;
         let (mx, my) = points
             .iter()
