@@ -1,0 +1,26 @@
+//! Error control: which pixels need more samples for a tolerance to be kept, and by how much each of them is off.
+//!
+//! A pixel's error has two parts. What branches of ray trees were left out because they can't matter is known as a bound, sample by
+//! sample: the renderer says so ([`Sampled::lost`]). What samples miss that lie between them is estimated from those that were
+//! taken, as an ODE solver does from two formulas of a step: see [`estimate`](crate::estimate). A [`Sampler`] orders samples round by
+//! round until both parts fit the tolerance in every pixel.
+//!
+//! Nothing here knows of rays: samples are values at places of a picture.
+
+mod allocation;
+mod calibration;
+mod estimate;
+mod negligible;
+mod pixel;
+mod report;
+mod round;
+mod sampler;
+mod standing;
+mod tolerance;
+
+pub use negligible::Negligible;
+pub use pixel::Sampled;
+pub use report::ErrorReport;
+pub use round::Order;
+pub use sampler::Sampler;
+pub use tolerance::Tolerance;

@@ -1,0 +1,232 @@
+//! A sampler with pictures that are functions of the place, so that all is known of them.
+
+use raytree_film::progressive_pattern;
+
+use super::*;
+
+const SIDE: u32 = 48;
+const MOST: u32 = 1025;
+
+/// Radiance at a place, pixels from the upper left corner, and rays that it takes.
+type Scene = fn(f64, f64) -> f32;
+
+fn flat(_: f64, _: f64) -> f32 {
+    0.5
+}
+
+fn gradient(x: f64, y: f64) -> f32 {
+    (0.01 * x + 0.004 * y) as f32
+}
+
+fn edge(x: f64, y: f64) -> f32 {
+    if (x - 20.3).hypot(y - 22.7) < 17.2 {
+        1.0
+    } else {
+        0.1
+    }
+}
+
+fn checkers(x: f64, y: f64) -> f32 {
+    let distance = y + 6.0;
+    let (u, v) = ((x - 24.0) * 12.0 / distance, 240.0 / distance);
+    if (u.floor() + v.floor()) as i64 & 1 == 0 {
+        0.9
+    } else {
+        0.2
+    }
+}
+
+fn dots(x: f64, y: f64) -> f32 {
+    let (u, v) = (x % 5.3 - 2.0, y % 4.7 - 2.0);
+    if u * u + v * v < 0.8 { 4.0 } else { 0.25 }
+}
+
+struct Outcome {
+    picture: Vec<[f32; 4]>,
+    report: ErrorReport,
+    orders: u64,
+}
+
+/// Takes orders in portions of `at_once`, and at most `limit` of them all.
+fn run(mut sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcome {
+    let pattern = progressive_pattern(MOST);
+    let mut orders_taken = 0;
+    loop {
+        let orders = sampler.next_orders(at_once);
+        if orders.is_empty() || orders_taken >= limit {
+            break;
+        }
+        for order in &orders {
+            let [dx, dy] = pattern[order.sample as usize].map(f64::from);
+            let (x, y) = (f64::from(order.pixel % SIDE), f64::from(order.pixel / SIDE));
+            let value = scene(x + 0.5 + dx, y + 0.5 + dy);
+            let sampled = Sampled {
+                radiance: [value, value, value, 1.0],
+                lost: 0.0,
+                rays: 1,
+            };
+            sampler.take(order, sampled);
+            orders_taken += 1;
+        }
+    }
+    Outcome {
+        picture: sampler.finish(),
+        report: sampler.report(),
+        orders: orders_taken,
+    }
+}
+
+fn sampler(tolerance: f32, most: u32) -> Sampler {
+    let all = (0..SIDE * SIDE).collect();
+    Sampler::new((SIDE, SIDE), Tolerance::absolute(tolerance), most, 1.0, all)
+}
+
+fn true_rmse(scene: Scene, picture: &[[f32; 4]]) -> f64 {
+    let pattern = raytree_film::sample_pattern(2025);
+    let errors = picture.iter().zip(0..).map(|(found, index)| {
+        let (x, y) = (f64::from(index % SIDE), f64::from(index / SIDE));
+        let value = |&[dx, dy]: &[f32; 2]| {
+            f64::from(scene(x + 0.5 + f64::from(dx), y + 0.5 + f64::from(dy)))
+        };
+        let mean = pattern.iter().map(value).sum::<f64>() / pattern.len() as f64;
+        (mean - f64::from(found[0])) as f32
+    });
+    root_mean_square(errors)
+}
+
+#[test]
+fn the_tolerance_is_kept_and_the_estimate_is_above_the_error() {
+    // Of dots that are smaller than a pixel and four times as bright as white, 1,025 samples don't give 0.01.
+    let cases: [(_, Scene, &[f32]); 3] = [
+        ("edge", edge, &[0.1, 0.03, 0.01]),
+        ("checkers", checkers, &[0.1, 0.03, 0.01]),
+        ("dots", dots, &[0.1, 0.03]),
+    ];
+    for (name, scene, tolerances) in cases {
+        for &tolerance in tolerances {
+            let Outcome {
+                picture, report, ..
+            } = run(sampler(tolerance, MOST), scene, 1000, u64::MAX);
+            let error = true_rmse(scene, &picture);
+            println!("{name} {tolerance}: {error:.5}, {report:?}");
+            assert!(report.keeps_tolerance(), "{name} {tolerance}: {report:?}");
+            assert!(error <= f64::from(tolerance), "{name} {tolerance}: {error}");
+            let effectivity = report.estimated_rmse / error;
+            assert!(
+                (1.0..8.0).contains(&effectivity),
+                "{name} {tolerance}: {effectivity}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_smooth_takes_a_sample_a_pixel() {
+    for scene in [flat as Scene, gradient] {
+        let report = run(sampler(0.01, MOST), scene, 1000, u64::MAX).report;
+        assert_eq!(report.samples, u64::from(SIDE * SIDE), "{report:?}");
+        assert_eq!(report.most_samples, 1);
+    }
+}
+
+#[test]
+fn samples_go_where_the_edge_is() {
+    let outcome = run(sampler(0.01, MOST), edge, 1000, u64::MAX);
+    let even = f64::from(SIDE * SIDE) * f64::from(outcome.report.most_samples);
+    assert!(
+        (outcome.report.samples as f64) < 0.2 * even,
+        "{:?}",
+        outcome.report
+    );
+}
+
+/// As much is decided, to the bit, whatever is taken at once.
+#[test]
+fn the_picture_does_not_depend_on_portions() {
+    let all = run(sampler(0.02, MOST), checkers, usize::MAX, u64::MAX);
+    for at_once in [1, 7, 640] {
+        let portions = run(sampler(0.02, MOST), checkers, at_once, u64::MAX);
+        // Thousands of numbers are no message.
+        assert!(portions.picture == all.picture, "portions of {at_once}");
+        assert_eq!(portions.report, all.report);
+        assert_eq!(portions.orders, all.orders);
+    }
+}
+
+#[test]
+fn who_may_not_take_enough_samples_says_so() {
+    let report = run(sampler(0.001, 5), checkers, 1000, u64::MAX).report;
+    assert!(!report.keeps_tolerance(), "{report:?}");
+    assert_eq!(report.most_samples, 5);
+    assert!(report.estimated_rmse > 0.001);
+}
+
+/// Half a sample a pixel: all pixels show something, and what is not known is not said to be known.
+#[test]
+fn there_is_a_picture_however_early_it_ends() {
+    for limit in [0, 10, 200, 1200] {
+        let Outcome {
+            picture, report, ..
+        } = run(sampler(1e-6, MOST).stepwise(), edge, 10, limit);
+        assert_eq!(
+            report.unsampled,
+            u64::from(SIDE * SIDE) - report.samples.min(u64::from(SIDE * SIDE))
+        );
+        assert!(!report.keeps_tolerance());
+        if limit >= 200 {
+            assert!(picture.iter().all(|pixel| pixel[3] == 1.0), "{limit}");
+            let error = true_rmse(edge, &picture);
+            assert!(
+                error < 0.35 && report.estimated_rmse > 0.5 * error,
+                "{limit}: {error}, {report:?}"
+            );
+        }
+    }
+}
+
+/// The longer, the better.
+#[test]
+fn steps_lead_to_the_tolerance() {
+    let errors = [3000, 12_000, 50_000].map(|limit| {
+        let outcome = run(sampler(1e-3, MOST).stepwise(), checkers, 500, limit);
+        true_rmse(checkers, &outcome.picture)
+    });
+    assert!(
+        errors[0] > 1.5 * errors[1] && errors[1] > 1.5 * errors[2],
+        "{errors:?}"
+    );
+}
+
+/// Samples that lose half of what they are allowed, of branches that bring a tenth of the most that they could.
+#[test]
+fn what_branches_bring_is_found_out() {
+    let mut sampler = sampler(0.1, MOST);
+    loop {
+        let orders = sampler.next_orders(100);
+        if orders.is_empty() {
+            break;
+        }
+        for order in &orders {
+            let lost = 2.0 * order.negligible.radiance();
+            // What is said is relative to the scale.
+            let brought = 0.5 - 0.1 * lost / sampler.branch_scale();
+            let sampled = Sampled {
+                radiance: [brought, brought, brought, 1.0],
+                lost,
+                rays: 1,
+            };
+            sampler.take(order, sampled);
+        }
+    }
+    sampler.finish();
+    assert!(
+        (sampler.branch_scale() - 0.2).abs() < 0.01,
+        "{}",
+        sampler.branch_scale()
+    );
+    let report = sampler.report();
+    assert!(
+        report.lost_rmse > 0.0 && report.keeps_tolerance(),
+        "{report:?}"
+    );
+}
