@@ -10,7 +10,8 @@ const TRIANGLE_TESTS: u32 = 6u;
 const ENDED_MISS: u32 = 7u;
 const ENDED_DEPTH: u32 = 8u;
 const ENDED_WEIGHT: u32 = 9u;
-const COUNTERS: u32 = 10u;
+const ENDED_TOLERANCE: u32 = 10u;
+const COUNTERS: u32 = 11u;
 
 var<private> tally: array<u32, COUNTERS>;
 

@@ -19,20 +19,51 @@ const LIGHTS_AT_ONCE: u32 = 512u;
 
 fn take_slot(loaded: SlotState) {
     radiance = bitcast<vec4f>(loaded.radiance);
-    rays = loaded.counts.x;
-    common_rays = loaded.counts.y;
-    dropped = loaded.counts.zw;
+    if (HAS_TOLERANCE) {
+        take_counts(loaded.counts);
+    } else {
+        rays = loaded.counts.x;
+        common_rays = loaded.counts.y;
+        dropped = loaded.counts.zw;
+    }
+}
+
+// Takes the first ray of a sample's tree into account.
+fn begin_sample(loaded: SlotState) {
+    common_rays = 0u;
+    if (HAS_TOLERANCE) {
+        radiance = vec4f(0.0);
+        rays = 0u;
+        dropped = vec2u(0u);
+        lost = 0.0;
+        take_code(order_of_word(loaded.radiance).negligible);
+    }
+    rays += 1u;
+    radiance.w += 1.0;
 }
 
 fn store_slot(slot: u32) {
-    let words = Words(bitcast<vec4u>(radiance), vec4u(rays, common_rays, dropped), vec4u(0u), vec4u(0u), vec4u(0u));
+    var counts = vec4u(rays, common_rays, dropped);
+    if (HAS_TOLERANCE) {
+        counts = packed_counts();
+    }
+    let words = Words(bitcast<vec4u>(radiance), counts, vec4u(0u), vec4u(0u), vec4u(0u));
     store_words(RADIANCE_PLANE, slot, words, 2u);
 }
 
 // The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
-fn camera_item(slot: u32) -> WorkItem {
-    let pixel = pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP);
-    let ray = camera_ray(pixel + frame.window_origin, sample_offset(frame.sample));
+fn camera_item(slot: u32, loaded: SlotState) -> WorkItem {
+    var pixel: vec2u;
+    var sample: u32;
+    if (HAS_TOLERANCE) {
+        let order = order_of_word(loaded.radiance);
+        pixel = order.pixel;
+        sample = order.sample;
+    } else {
+        pixel = pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP);
+        sample = frame.sample;
+    }
+    let ray = camera_ray(pixel + frame.window_origin, sample_offset(sample));
     var item: WorkItem;
     item.origin = ray.origin;
     item.direction = ray.direction;
@@ -110,6 +141,30 @@ struct Branch {
     allotment: u32, // see WorkItem
 }
 
+// A ray that would be spawned ends before it begins, and is counted. `largest`: the largest channel of its throughput.
+fn ends_early(parent: WorkItem, branch: Branch, largest: f32) -> bool {
+    if (largest < frame.min_weight) {
+        count(ENDED_WEIGHT);
+        return true;
+    }
+    if (parent.depth >= frame.max_depth) {
+        count(ENDED_DEPTH);
+        return true;
+    }
+    if (branch.overflow || pending >= frame.stack_capacity) {
+        dropped.x += 1u;
+        return true;
+    }
+    if (branch.allotment == 0u) {
+        if (common_rays >= frame.max_rays / 2u) {
+            dropped.y += 1u;
+            return true;
+        }
+        common_rays += 1u;
+    }
+    return false;
+}
+
 // A new ray of the tree. Kind LIGHTS in the result: it ends here. README.md, "Where branches end".
 fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
     var child: WorkItem;
@@ -119,24 +174,16 @@ fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
     if (!(largest > 0.0)) {
         return child;
     }
-    if (largest < frame.min_weight) {
-        count(ENDED_WEIGHT);
-        return child;
-    }
-    if (parent.depth >= frame.max_depth) {
-        count(ENDED_DEPTH);
-        return child;
-    }
-    if (branch.overflow || pending >= frame.stack_capacity) {
-        dropped.x += 1u;
-        return child;
-    }
-    if (branch.allotment == 0u) {
-        if (common_rays >= frame.max_rays / 2u) {
-            dropped.y += 1u;
+    if (HAS_TOLERANCE) {
+        if (leave_out(most_brought(throughput), 1.0)) {
             return child;
         }
-        common_rays += 1u;
+    }
+    if (ends_early(parent, branch, largest)) {
+        if (HAS_TOLERANCE) {
+            lost += most_brought(throughput);
+        }
+        return child;
     }
     child.origin = spawn_origin(surface, branch.direction);
     child.direction = branch.direction;
@@ -232,7 +279,17 @@ fn next_shadow_ray(item: WorkItem, surface: Surface, made: Interface) -> WorkIte
             }
         }
         let added = weighted(item.throughput * surface.alpha, light.irradiance * min(reflected, vec3f(LARGEST_THROUGHPUT)));
-        if (max_component(added) > 0.0) {
+        var is_traced = max_component(added) > 0.0;
+        if (HAS_TOLERANCE) {
+            if (is_traced) {
+                // Half of it is wrong by half at most, whatever lies before the light.
+                if (leave_out(0.5 * over_channels(added), frame.light_share)) {
+                    collect(0.5 * added);
+                    is_traced = false;
+                }
+            }
+        }
+        if (is_traced) {
             next.kind = SHADOW;
             next.throughput = added;
             next.direction = light.direction;
@@ -284,6 +341,9 @@ fn straight_on(item: WorkItem, surface: Surface, crossing: Crossing, t: f32) -> 
         next.media = crossing.through;
         if (crossing.full && max_component(next.throughput) > 0.0) {
             dropped.x += 1u;
+            if (HAS_TOLERANCE) {
+                lost += select(most_brought(next.throughput), over_channels(next.throughput), item.kind == SHADOW);
+            }
             next.throughput = vec3f(0.0);
         }
     }
@@ -328,6 +388,27 @@ fn pass_by(item: WorkItem, surface: Surface, crossing: Crossing, hit: Hit) -> Pa
     return passing;
 }
 
+// Which of the rest to put on the stack next: of rays that are spawned the one that weighs most, so that it is traced last. A ray that is
+// traced while others of its surface wait then weighs at most half of what came to the surface: however deep a tree goes, no more
+// wait than powers of two lie between its weights (as with quicksort, the smaller part first).
+fn heaviest_first(next: u32, rest: u32, alpha: f32, shading: Shading) -> u32 {
+    let weights = vec3f(1.0 - alpha, alpha * max_component(shading.transmitted), alpha * max_component(shading.reflected));
+    var chosen = next;
+    var largest = -1.0;
+    if ((rest & (1u << PAST)) != 0u) {
+        chosen = PAST;
+        largest = weights.x;
+    }
+    if ((rest & (1u << TRANSMITTED)) != 0u && weights.y > largest) {
+        chosen = TRANSMITTED;
+        largest = weights.y;
+    }
+    if ((rest & (1u << REFLECTED)) != 0u && weights.z > largest) {
+        chosen = REFLECTED;
+    }
+    return chosen;
+}
+
 // Puts on the stack what `todo` names, a bit each.
 fn push_all(slot: u32, todo: u32, item: WorkItem, surface: Surface, crossing: Crossing, found: Scattering, left: WorkItem, onward: WorkItem) {
     let shading = found.shading;
@@ -337,8 +418,11 @@ fn push_all(slot: u32, todo: u32, item: WorkItem, surface: Surface, crossing: Cr
     // One loop with one call of each; that its end is not known keeps drivers from unrolling it.
     var rest = todo;
     while (rest != 0u) {
-        let which = firstTrailingBit(rest);
-        rest &= rest - 1u;
+        var which = firstTrailingBit(rest);
+        if (HAS_TOLERANCE) {
+            which = heaviest_first(which, rest, surface.alpha, shading);
+        }
+        rest &= ~(1u << which);
         var pushed = onward;
         if (HAS_MANY_LIGHTS) {
             if (which == LIGHTS_LEFT) {
@@ -458,12 +542,16 @@ fn item_below(slot: u32, index: u32) -> WorkItem {
     return item_of(load_state(STACK_PLANE, frame.state_planes, slot, index, pending - 1u).item);
 }
 
-// What is stored of an entry: of a camera ray no item, and with the first sample no sum.
+// What is stored of an entry: of a camera ray no item, and with the first sample no sum, but the order where there are orders.
 fn load_entry(slot: u32, level: u32, index: u32) -> SlotState {
     var first = RADIANCE_PLANE;
     var end = frame.state_planes;
     if (level == CAMERA_LEVEL) {
-        first = select(HIT_PLANE, RADIANCE_PLANE, frame.sample > 0u);
+        if (HAS_TOLERANCE) {
+            first = RADIANCE_PLANE;
+        } else {
+            first = select(HIT_PLANE, RADIANCE_PLANE, frame.sample > 0u);
+        }
         end = STACK_PLANE;
     }
     return load_state(first, end, slot, index, level);
@@ -477,7 +565,7 @@ fn advance(entry: u32, index: u32) -> u32 {
     var item = item_of(loaded.item);
     let begins = pending == CAMERA_LEVEL;
     if (begins) {
-        item = camera_item(slot);
+        item = camera_item(slot, loaded);
         pending = 0u;
     }
     var hit = item.hit;
@@ -502,9 +590,7 @@ fn advance(entry: u32, index: u32) -> u32 {
     }
     take_slot(loaded);
     if (begins) {
-        common_rays = 0u;
-        rays += 1u;
-        radiance.w += 1.0;
+        begin_sample(loaded);
     }
     if (item.kind != LIGHTS) {
         meets = meets_surface(item, hit);

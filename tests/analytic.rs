@@ -56,6 +56,7 @@ impl Shot {
         let device = support::device()?;
         let features = ProgramFeatures::everything()
             .with(Feature::VertexColors, false)
+            .with(Feature::Tolerance, self.settings.tolerance.is_some())
             .with(
                 Feature::Environment,
                 self.scene.surroundings.environment.is_some(),

@@ -14,6 +14,10 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("raytree-scene", &["wgpu", "naga", "obvhs"]),
     ("raytree-bvh", &["wgpu", "naga", "raytree-scene"]),
     ("raytree-film", &["wgpu", "naga", "raytree-scene"]),
+    (
+        "raytree-control",
+        &["wgpu", "naga", "raytree-scene", "raytree-gpu"],
+    ),
     ("raytree-assets", &["wgpu", "naga", "raytree-scene"]),
 ];
 

@@ -1,11 +1,12 @@
 //! The command line: what there is to say, with its defaults. Only syntax and ranges are checked here.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::NonEmptyStringValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
-use raytree::{Background, BitDepth, Preset, Region, Shading, ToneMap};
+use raytree::{Background, BitDepth, Preset, Region, Shading, Tolerance, ToneMap};
 
 use crate::values::{self, CameraChoice, OutlierLimit, Size};
 
@@ -169,17 +170,29 @@ pub struct LightingArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityArgs {
-    /// Levels of the ray tree below the camera's ray.
-    #[arg(long, value_name = "N", default_value = "8", allow_hyphen_values = true, value_parser = values::integer(0, 1024))]
-    pub depth: u32,
+    /// How far each pixel may be off, in linear radiance (the screen's white is 1) or in percent of its own: every pixel gets the
+    /// samples that it takes, and from ray trees is left out what can't matter.
+    ///
+    /// The picture meant is that of endless samples and depth. An .exr has layers of what each pixel is said to be off by.
+    #[arg(long, value_name = "ERROR|PERCENT%", allow_hyphen_values = true, value_parser = values::tolerance)]
+    pub tolerance: Option<Tolerance>,
 
-    /// Samples a pixel: stratified, always the same; more than one are filtered.
-    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
-    pub spp: u32,
+    /// End after this time, all told, with the best picture by then; with --tolerance, before that if it is kept. As in 2s or 500ms.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
+    pub time_budget: Option<Duration>,
 
-    /// A branch that weighs less in every channel is dropped.
-    #[arg(long, value_name = "WEIGHT", default_value = "0.001", allow_hyphen_values = true, value_parser = values::number(0.0, 1.0))]
-    pub min_weight: f64,
+    /// Levels of the ray tree below the camera's ray [default: 8; with a tolerance or a time budget 4096].
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(0, 65536))]
+    pub depth: Option<u32>,
+
+    /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1]. With a tolerance or a time budget: the most
+    /// of any pixel [default: 4097].
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
+    pub spp: Option<u32>,
+
+    /// A branch that weighs less in every channel is dropped [default: 0.001; with a tolerance or a time budget 0].
+    #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true, value_parser = values::number(0.0, 1.0))]
+    pub min_weight: Option<f64>,
 
     /// The most rays of a sample's tree, shadow rays left out; a tree of half as many is always whole.
     #[arg(long, value_name = "N", default_value = "65536", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 30))]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::anyhow;
 use raytree::{Background, Film, Format, WriteOptions};
@@ -10,6 +11,10 @@ use raytree::{Background, Film, Format, WriteOptions};
 use crate::args::{OutputArgs, RenderArgs};
 use crate::cancel;
 use crate::failure::Usage;
+
+/// What a pixel takes to be written.
+const PNG_NANOSECONDS: u64 = 60;
+const EXR_NANOSECONDS: u64 = 600;
 
 /// The files to write, all of whose names and folders are good.
 #[derive(Debug)]
@@ -63,6 +68,16 @@ impl Outputs {
         self.0
             .iter()
             .any(|path| matches!(Format::of_path(path), Ok(Format::Exr)))
+    }
+
+    /// What writing them is likely to take, so that a time budget has room for it: measured, of pictures that compress badly.
+    pub fn time_to_write(&self, width: u32, height: u32) -> Duration {
+        let nanoseconds = |path: &PathBuf| match Format::of_path(path) {
+            Ok(Format::Exr) => EXR_NANOSECONDS,
+            _ => PNG_NANOSECONDS,
+        };
+        let each: u64 = self.0.iter().map(nanoseconds).sum();
+        Duration::from_nanos(each * u64::from(width) * u64::from(height))
     }
 
     /// Writes them all, each whole or not at all.

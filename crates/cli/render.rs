@@ -5,9 +5,9 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use raytree::{Device, RenderError, RenderSettings, Scene};
+use raytree::{Device, RenderError, RenderSettings, Scene, Tolerance};
 
-use crate::args::RenderArgs;
+use crate::args::{QualityArgs, RenderArgs};
 use crate::cancel;
 use crate::console::{Console, print_json};
 use crate::failure::Interrupted;
@@ -27,7 +27,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
 
     let progress = Progress::new(console.shows_progress());
     progress.stage("importing");
-    let (prepared, import) = timed(|| prepare(args, &outputs));
+    let (prepared, import) = timed(|| prepare(args, &outputs, started));
     let Prepared {
         scene,
         contents,
@@ -106,17 +106,20 @@ struct Prepared {
     settings: RenderSettings,
 }
 
-fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
+fn prepare(args: &RenderArgs, outputs: &Outputs, started: Instant) -> anyhow::Result<Prepared> {
     let mut scene = raytree::import(&args.scene)?;
     outputs.spare(&scene.files)?;
     let contents = Contents::of(&scene);
     let chosen = view::choose(&args.view, &scene)?;
     let studio = lighting::apply(&args.lighting, &mut scene)?;
     let quality = &args.quality;
+    let chosen = controlled(chosen, quality, outputs, started);
     let settings = RenderSettings {
-        samples: quality.spp,
-        max_depth: quality.depth,
-        min_weight: quality.min_weight as f32,
+        samples: quality.spp.unwrap_or(chosen.samples),
+        max_depth: quality.depth.unwrap_or(chosen.max_depth),
+        min_weight: quality
+            .min_weight
+            .map_or(chosen.min_weight, |weight| weight as f32),
         max_rays: quality.max_rays,
         shading: quality.shading.into(),
         aovs: outputs.want_layers(),
@@ -130,6 +133,30 @@ fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
         studio,
         settings,
     })
+}
+
+/// With the tolerance and the end that the user asks for.
+fn controlled(
+    settings: RenderSettings,
+    quality: &QualityArgs,
+    outputs: &Outputs,
+    started: Instant,
+) -> RenderSettings {
+    let deadline = quality.time_budget.map(|budget| {
+        let region = settings.visible_region();
+        started + budget.saturating_sub(outputs.time_to_write(region.width, region.height))
+    });
+    // With time alone for a limit, no error is too small.
+    let tolerance = quality
+        .tolerance
+        .or(deadline.map(|_| Tolerance::absolute(0.0)));
+    match tolerance {
+        Some(tolerance) => RenderSettings {
+            deadline,
+            ..settings.to_tolerance(tolerance)
+        },
+        None => settings,
+    }
 }
 
 /// Only a signal makes the observer say stop.

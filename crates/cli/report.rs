@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use raytree::model::{Frame, Surroundings, Warning};
 use raytree::{
-    Background, Counters, DeviceInfo, Dropped, Kernel, RenderSettings, Rendering, Scene,
+    Background, Counters, DeviceInfo, Dropped, ErrorReport, Kernel, RenderSettings, Rendering,
+    Scene, Tolerance,
 };
 use serde_json::{Value, json};
 
@@ -90,6 +91,7 @@ impl Report<'_> {
             "compile_ms": self.compile_json(),
             "counters": self.rendering.counters.as_ref().map(counters_json),
             "dropped": dropped_json(self.rendering.dropped),
+            "error": self.rendering.error.as_ref().map(error_json),
             "outputs": outputs,
             "warnings": warnings,
         })
@@ -105,7 +107,9 @@ impl Report<'_> {
             "camera": describe::camera_json(&settings.camera, &self.frame),
             "depth": settings.max_depth,
             "spp": settings.samples,
-            "min_weight": args.quality.min_weight,
+            "min_weight": number(settings.min_weight),
+            "tolerance": settings.tolerance.map(tolerance_json),
+            "time_budget_ms": args.quality.time_budget.map(milliseconds),
             "max_rays": settings.max_rays,
             "shading": spelled(args.quality.shading),
             "ambient": describe::color_json(self.surroundings.ambient),
@@ -199,6 +203,7 @@ fn counters_json(counters: &Counters) -> Value {
             "miss": ended.miss,
             "depth": ended.depth,
             "weight": ended.weight,
+            "tolerance": ended.tolerance,
             "storage": ended.storage,
             "budget": ended.budget,
         },
@@ -207,6 +212,31 @@ fn counters_json(counters: &Counters) -> Value {
 
 fn dropped_json(dropped: Dropped) -> Value {
     json!({ "storage": dropped.storage, "budget": dropped.budget })
+}
+
+fn tolerance_json(tolerance: Tolerance) -> Value {
+    json!({ "absolute": number(tolerance.absolute), "relative": number(tolerance.relative) })
+}
+
+/// What was achieved, beside what was asked for.
+fn error_json(error: &ErrorReport) -> Value {
+    json!({
+        "estimated_rmse": error.estimated_rmse,
+        "dropped_rmse": error.lost_rmse,
+        "dropped_bound_rmse": error.lost_bound_rmse,
+        "sampling_rmse": error.sampling_rmse,
+        "largest": error.largest,
+        "samples": error.samples,
+        "most_samples": error.most_samples,
+        "in_tolerances": error.in_tolerances,
+        "keeps_tolerance": error.keeps_tolerance(),
+        "unsampled_pixels": error.unsampled,
+    })
+}
+
+/// With the digits that the user wrote, not those of the nearest f32.
+fn number(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
 }
 
 /// JSON has no other bytes than UTF-8.

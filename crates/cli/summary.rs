@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-use raytree::{Dropped, Kernel, RenderTimes};
+use raytree::{Dropped, ErrorReport, Kernel, RenderTimes};
 
 use crate::report::{Report, milliseconds};
 
@@ -15,9 +15,10 @@ pub fn line(report: &Report<'_>) -> String {
         .map(|path| path.display().to_string())
         .collect();
     let film = &report.rendering.film;
-    let samples = match report.settings.samples {
-        1 => "1 sample a pixel".to_owned(),
-        n => format!("{n} samples a pixel"),
+    let samples = match (&report.rendering.error, report.settings.samples) {
+        (Some(error), _) => achieved(error, film.pixel_count()),
+        (None, 1) => "1 sample a pixel".to_owned(),
+        (None, n) => format!("{n} samples a pixel"),
     };
     let (width, height) = (film.width, film.height);
     format!(
@@ -25,6 +26,17 @@ pub fn line(report: &Report<'_>) -> String {
         names.join(", "),
         readable(report.times.total)
     )
+}
+
+/// What a picture that was rendered to a tolerance took, and how far it is off.
+fn achieved(error: &ErrorReport, pixels: usize) -> String {
+    let mean = error.samples as f64 / pixels.max(1) as f64;
+    let off = format!(
+        "off by {:.2e} at most as estimated (RMSE)",
+        error.estimated_rmse
+    );
+    let samples = format!("{mean:.1} samples a pixel");
+    format!("{samples}, {off}")
 }
 
 /// What the picture lacks, if anything, and what to do about it.
@@ -119,8 +131,8 @@ pub fn details(report: &Report<'_>) -> String {
         row(
             "ended",
             &format!(
-                "miss {}, depth {}, weight {}, storage {}, budget {}",
-                ended.miss, ended.depth, ended.weight, ended.storage, ended.budget
+                "miss {}, depth {}, weight {}, tolerance {}, storage {}, budget {}",
+                ended.miss, ended.depth, ended.weight, ended.tolerance, ended.storage, ended.budget
             ),
         );
     }

@@ -1,7 +1,9 @@
 //! Values of arguments from text; what they refuse, they say what is allowed.
 
 use glam::{DVec3, Vec3};
-use raytree::{Background, DeviceChoice, Region, srgb_decode};
+use std::time::Duration;
+
+use raytree::{Background, DeviceChoice, Region, Tolerance, srgb_decode};
 
 /// The longest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 65536;
@@ -58,6 +60,40 @@ fn integer_within(text: &str, min: u32, max: u32) -> Result<u32, String> {
     value
         .filter(|value| (min..=max).contains(value))
         .ok_or_else(|| format!("'{text}' is not a whole number from {min} to {max}"))
+}
+
+/// `0.01`, linear radiance, or `1%` of each pixel's own.
+pub fn tolerance(text: &str) -> Result<Tolerance, String> {
+    let error = |text, most| number_within(text, 0.0, most).map(|error| error as f32);
+    match text.trim().strip_suffix('%') {
+        Some(percent) => error(percent, 1e6).map(|percent| Tolerance::relative(percent / 100.0)),
+        None => error(text, 1e6)
+            .map(Tolerance::absolute)
+            .map_err(|problem| format!("{problem}, or a percentage as in 1%")),
+    }
+}
+
+/// `2s`, `500ms`, `1.5m`; plain numbers are seconds.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let units = [
+        ("ms", 1e-3),
+        ("s", 1.0),
+        ("min", 60.0),
+        ("m", 60.0),
+        ("h", 3600.0),
+    ];
+    let found = units
+        .iter()
+        .find_map(|(unit, seconds)| Some((text.strip_suffix(unit)?, *seconds)));
+    let (number, unit) = found.unwrap_or((text, 1.0));
+    let seconds = number.trim().parse().ok().map(|value: f64| value * unit);
+    seconds
+        .filter(|seconds| *seconds > 0.0 && *seconds <= 1e7)
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| {
+            format!("'{text}' is not a time above 0; write it as in 2s, 500ms or 1.5min")
+        })
 }
 
 /// `640x480`.

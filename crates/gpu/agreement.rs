@@ -3,7 +3,9 @@
 use naga::{Expression, Literal, Module};
 
 use crate::{
+    adaptive::{BUDGET_MOST, COMMON_RAYS, STORAGE_SHIFT},
     batch::TILE_PIXELS,
+    branch_bound::LEAST_HIGHLIGHT_ALPHA,
     pass::ITEM_BYTES,
     render::{
         CAMERA_LEVEL, EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES,
@@ -80,6 +82,22 @@ fn an_entry_of_a_list_has_room_for_slot_and_level() {
 }
 
 #[test]
+fn what_a_sample_counts_is_read_as_it_is_written() {
+    let module = shaders();
+    assert_eq!(constant(&module, "STORAGE_SHIFT"), STORAGE_SHIFT);
+    assert_eq!(constant(&module, "COMMON_RAYS"), COMMON_RAYS);
+    assert_eq!(COMMON_RAYS + 1, 1 << STORAGE_SHIFT);
+    assert_eq!(constant(&module, "BUDGET_MOST"), BUDGET_MOST);
+    assert_eq!(BUDGET_MOST + 1, 1 << constant(&module, "CODE_SHIFT"));
+}
+
+#[test]
+fn a_highlight_is_left_out_of_the_same_surfaces() {
+    let least = float(&shaders(), "LEAST_HIGHLIGHT_ALPHA");
+    assert_eq!(f64::from(least) as f32, LEAST_HIGHLIGHT_ALPHA as f32);
+}
+
+#[test]
 fn recorded_rays_are_read_as_they_are_written() {
     let module = shaders();
     for (name, value) in [
@@ -124,6 +142,7 @@ fn counters_come_in_the_same_order() {
         (ended.miss, "ENDED_MISS"),
         (ended.depth, "ENDED_DEPTH"),
         (ended.weight, "ENDED_WEIGHT"),
+        (ended.tolerance, "ENDED_TOLERANCE"),
     ] {
         assert_eq!(total, u64::from(constant(&module, name)), "{name}");
     }

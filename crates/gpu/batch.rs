@@ -68,7 +68,7 @@ impl Tiling {
 
 /// A stride coprime to `count` and near its golden section, so that consecutive workgroups render tiles that lie apart.
 /// Small enough that `count * stride` fits the shader's 32 bits.
-fn spreading_stride(count: u32) -> u32 {
+pub(crate) fn spreading_stride(count: u32) -> u32 {
     if count < 3 {
         return 1;
     }

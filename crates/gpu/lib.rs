@@ -3,11 +3,13 @@
 //!
 //! Everything up to [`Device`] works without one: [`assemble`] gives a specialised naga module, [`GpuScene`] the bytes.
 
+mod adaptive;
 #[cfg(test)]
 mod agreement;
 mod ahead;
 mod attributes;
 mod batch;
+mod branch_bound;
 mod camera;
 mod cost;
 mod device;
@@ -40,6 +42,7 @@ pub use piece::{Piece, PieceCall, PieceResult, evaluate};
 pub use pipeline::{Binding, bindings_of};
 pub use probe::{Prober, SecondaryProber, probe};
 pub use program::{Feature, Kernel, ProgramError, ProgramFeatures, assemble, assemble_ahead};
+pub use raytree_control::{ErrorReport, Tolerance};
 pub use render::{Prepared, Progress, RenderTimes, Rendered, render, render_ahead, render_with};
 pub use settings::{Numerics, Region, RenderSettings, Shading};
 pub use statistics::{Counters, Dropped, EndCounts, RayCounts};

@@ -131,6 +131,8 @@ features! {
         "--shading whitted", "--shading pbr",
     LongRays "HAS_LONG_RAYS" "rays that take several iterations"
         "there are triangles enough for one ray to keep a device busy", "there are too few triangles for a ray to take long",
+    Tolerance "HAS_TOLERANCE" "error control"
+        "a tolerance was asked for", "no tolerance was asked for",
     Counters "HAS_COUNTERS" "counters"
         "counting was asked for", "counting was not asked for",
     Watertight "HAS_WATERTIGHT" "watertight triangles"
@@ -191,6 +193,7 @@ impl ProgramFeatures {
             .with(Feature::Environment, scene.environment)
             .with(Feature::Whitted, whitted)
             .with(Feature::LongRays, scene.many_triangles)
+            .with(Feature::Tolerance, settings.tolerance.is_some())
             .with(Feature::Counters, settings.counters)
             .with_numerics(settings.numerics)
     }

@@ -7,15 +7,18 @@ use std::{
 
 use bytemuck::{bytes_of, cast_slice};
 use raytree_bvh::Bvh;
-use raytree_film::{Aovs, Film, sample_pattern};
+use raytree_control::ErrorReport;
+use raytree_film::{Aovs, Film, progressive_pattern, sample_pattern};
 use raytree_scene::{
     features::SceneFeatures,
     model::{Background, Scene},
 };
 
 use crate::{
+    adaptive::COMMON_RAYS,
     ahead::Ahead,
     batch::{Batch, TILE_PIXELS, Tiling},
+    branch_bound::branch_bound,
     camera::set_camera,
     device::Device,
     error::RenderError,
@@ -49,6 +52,9 @@ pub(crate) const STACK_VARIABLES: u32 = 4;
 pub(crate) const MOST_SLOTS: u32 = 1 << 20;
 pub(crate) const MOST_LEVELS: u32 = CAMERA_LEVEL;
 
+/// Times that the weight of a branch can halve before it matters to no tolerance.
+const MOST_HALVINGS: u32 = 40;
+
 /// What an entry names instead of a level for a camera ray; of the same name there.
 pub(crate) const CAMERA_LEVEL: u32 = (1 << 10) - 1;
 
@@ -74,6 +80,8 @@ pub struct Rendered {
     pub times: RenderTimes,
     /// How many iterations of tracing and shading it took.
     pub iterations: u32,
+    /// What was achieved of a tolerance.
+    pub error: Option<ErrorReport>,
 }
 
 /// Where a render's time went.
@@ -230,8 +238,45 @@ impl<'p> Prepared<'p> {
         let (device, plan, settings) = (self.device, &self.plan, self.settings);
         let mut times = self.times;
         let started = Instant::now();
-        let mut developed = Developed::of(settings);
         let mut counters = Counters::default();
+        let taken = match settings.tolerance {
+            Some(tolerance) => self.take_to_tolerance(tolerance, &mut counters, observer)?,
+            None => self.take_evenly(&mut counters, observer)?,
+        };
+        times.render = started.elapsed();
+
+        let Taken {
+            mut film,
+            rays,
+            dropped,
+            iterations,
+            error,
+        } = taken;
+        if let Some(pass) = &self.layers {
+            let started = Instant::now();
+            film.aovs = Some(render_aovs(device, self.scene, pass, plan, rays)?);
+            times.render += started.elapsed();
+        }
+        counters.set_dropped(dropped);
+        Ok(Rendered {
+            film,
+            dropped,
+            counters: settings.counters.then_some(counters),
+            features: self.features,
+            times,
+            iterations,
+            error,
+        })
+    }
+
+    /// As many samples of each pixel as the settings say.
+    fn take_evenly(
+        &self,
+        counters: &mut Counters,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Taken, RenderError> {
+        let (device, plan, settings) = (self.device, &self.plan, self.settings);
+        let mut developed = Developed::of(settings);
         let mut iterations = 0;
         // A batch is developed while the device works on the next one.
         let mut finished: Option<(Batch, SlotsComing)> = None;
@@ -249,35 +294,26 @@ impl<'p> Prepared<'p> {
                     Some((before, slots)) => developed.add(device, plan, before, &slots),
                     None => Ok(()),
                 };
-                iterations +=
-                    self.wavefront
-                        .run(device, &frame, &mut counters, progress, meanwhile)?;
+                iterations += self
+                    .wavefront
+                    .run(device, &frame, counters, progress, meanwhile)?;
             }
             finished = Some((batch, self.fetch(batch)));
         }
         if let Some((last, slots)) = finished {
             developed.add(device, plan, last, &slots)?;
         }
-        times.render = started.elapsed();
-
         let Developed {
-            mut film,
+            film,
             rays,
             dropped,
         } = developed;
-        if let Some(pass) = &self.layers {
-            let started = Instant::now();
-            film.aovs = Some(render_aovs(device, self.scene, pass, plan, rays)?);
-            times.render += started.elapsed();
-        }
-        counters.set_dropped(dropped);
-        Ok(Rendered {
+        Ok(Taken {
             film,
+            rays,
             dropped,
-            counters: settings.counters.then_some(counters),
-            features: self.features,
-            times,
             iterations,
+            error: None,
         })
     }
 
@@ -347,9 +383,13 @@ pub(crate) struct Plan {
     pub(crate) frame: Frame,
     pub(crate) tiling: Tiling,
     pub(crate) batches: Vec<Batch>,
+    /// Slots that can be worked on at once.
+    pub(crate) slots: u32,
     slot_bytes: u64,
     pub(crate) samples: Vec<[f32; 2]>,
     sample_count: u32,
+    /// Slots take what they are ordered to, not the pixels of tiles.
+    orders: bool,
 }
 
 impl Plan {
@@ -364,10 +404,14 @@ impl Plan {
         let tiling = Tiling::new(region.width, region.height);
         // Depth first: each level of the tree leaves all children but one pending. Trees too deep for an entry's bits lose branches,
         // which are counted.
-        let stack_capacity = features
-            .children()
-            .saturating_sub(1)
-            .saturating_mul(settings.max_depth)
+        let waiting = features.children().saturating_sub(1);
+        let depth = match settings.tolerance {
+            // The heaviest child is traced last: others wait once for each time that the weight halves (`heaviest_first`).
+            Some(_) => settings.max_depth.min(MOST_HALVINGS),
+            None => settings.max_depth,
+        };
+        let stack_capacity = waiting
+            .saturating_mul(depth)
             .saturating_add(1)
             .min(MOST_LEVELS - EXTRA_ITEMS);
         let mut slot_bytes =
@@ -381,13 +425,17 @@ impl Plan {
         }
         let batch_pixels = settings.batch_pixels.min(MOST_SLOTS);
         let slots = (STATE_BYTES / slot_bytes).min(u64::from(batch_pixels)) as u32;
-        let batches = tiling.batches((slots / TILE_PIXELS).max(1));
-        let samples = sample_pattern(settings.samples);
+        let tiles_at_once = (slots / TILE_PIXELS).max(1);
+        let batches = tiling.batches(tiles_at_once);
+        let samples = match settings.tolerance {
+            Some(_) => progressive_pattern(settings.samples),
+            None => sample_pattern(settings.samples),
+        };
         let mut frame = Frame {
             max_depth: settings.max_depth,
             light_count: scene.lights.len() as u32,
             min_weight: settings.min_weight,
-            max_rays: settings.max_rays,
+            max_rays: most_rays(settings),
             ambient: in_range(scene.surroundings.ambient).to_array(),
             triangle_count: bvh.leaf_triangles.len() as u32,
             picture_size: [settings.width as f32, settings.height as f32],
@@ -402,6 +450,9 @@ impl Plan {
         };
         if features.has(Feature::Solids) {
             frame.camera_media = camera_media(scene, settings.shading, &settings.camera);
+        }
+        if features.has(Feature::Tolerance) && features.has(Feature::Branches) {
+            frame.branch_bound = branch_bound(scene, settings).to_array();
         }
         let rotation = scene
             .surroundings
@@ -421,9 +472,11 @@ impl Plan {
             frame,
             tiling,
             batches,
+            slots: tiles_at_once * TILE_PIXELS,
             slot_bytes,
             samples,
             sample_count: settings.samples,
+            orders: settings.tolerance.is_some(),
         }
     }
 
@@ -434,8 +487,13 @@ impl Plan {
             .map(|batch| batch.tile_count)
             .max()
             .unwrap_or(0);
+        let slots = if self.orders {
+            self.slots
+        } else {
+            tiles * TILE_PIXELS
+        };
         Work {
-            slots: tiles * TILE_PIXELS,
+            slots,
             slot_bytes: self.slot_bytes,
             samples: &self.samples,
         }
@@ -465,6 +523,16 @@ impl Plan {
             ..self.frame
         }
     }
+}
+
+/// What has come of a picture's samples.
+pub(crate) struct Taken {
+    pub(crate) film: Film,
+    /// Of each pixel.
+    pub(crate) rays: Vec<u32>,
+    pub(crate) dropped: Dropped,
+    pub(crate) iterations: u32,
+    pub(crate) error: Option<ErrorReport>,
 }
 
 /// What has come of finished batches.
@@ -516,6 +584,14 @@ fn item_words(features: ProgramFeatures) -> u32 {
         all
     } else {
         all - 1
+    }
+}
+
+/// Of a sample that is taken to a tolerance, the half of them that is common is counted in fewer bits.
+fn most_rays(settings: &RenderSettings) -> u32 {
+    match settings.tolerance {
+        Some(_) => settings.max_rays.min(2 * COMMON_RAYS),
+        None => settings.max_rays,
     }
 }
 

@@ -1,5 +1,8 @@
 //! What to render of a scene, and how.
 
+use std::time::Instant;
+
+use raytree_control::Tolerance;
 use raytree_film::Window;
 use raytree_scene::model::Camera;
 
@@ -75,8 +78,13 @@ pub struct RenderSettings {
     pub region: Option<Region>,
     /// Scene space.
     pub camera: Camera,
-    /// Samples a pixel, at least 1.
+    /// Samples a pixel, at least 1; with a tolerance, the most of any.
     pub samples: u32,
+    /// How far each pixel may be off: it decides what is left out of ray trees, and how many samples a pixel takes. `None`: all that
+    /// [`Self::min_weight`] and [`Self::max_depth`] leave, [`Self::samples`] times.
+    pub tolerance: Option<Tolerance>,
+    /// With a tolerance: until when there is time, after which the picture is what it is by then.
+    pub deadline: Option<Instant>,
     /// Levels of the ray tree below the camera ray.
     pub max_depth: u32,
     /// A branch whose throughput is below this in every channel is dropped; 0 to 1.
@@ -98,6 +106,24 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// Samples that a pixel takes at most to keep a tolerance, unless there is a reason for another number.
+    pub const MOST_SAMPLES: u32 = 4097;
+
+    /// Depth to which branches are followed that matter to a tolerance, unless ..: mirrors of 0.99 need 1,200 levels for 0.001.
+    pub const TOLERANCE_DEPTH: u32 = 4096;
+
+    /// As [`Self::new`], to a tolerance: what it needs of samples and depth, and no branch ends because of its weight alone.
+    #[must_use]
+    pub fn to_tolerance(self, tolerance: Tolerance) -> Self {
+        Self {
+            samples: Self::MOST_SAMPLES,
+            max_depth: Self::TOLERANCE_DEPTH,
+            min_weight: 0.0,
+            tolerance: Some(tolerance),
+            ..self
+        }
+    }
+
     /// Depth 8, one sample in the middle of each pixel, weights down to 1/1000, 65,536 rays a sample, the whole picture.
     #[must_use]
     pub fn new(width: u32, height: u32, camera: Camera) -> Self {
@@ -107,6 +133,8 @@ impl RenderSettings {
             region: None,
             camera,
             samples: 1,
+            tolerance: None,
+            deadline: None,
             max_depth: 8,
             min_weight: 1e-3,
             max_rays: 1 << 16,

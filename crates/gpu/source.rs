@@ -48,6 +48,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "whitted.wgsl",
     "state.wgsl",
     "ray_stack.wgsl",
+    "tolerance.wgsl",
     "ray_tree.wgsl",
     "work_lists.wgsl",
     "kernels/camera_rays.wgsl",

@@ -3,7 +3,7 @@
 use crate::types::Slot;
 
 /// Words of the device's counters (shaders/counters.wgsl).
-pub(crate) const COUNTERS: usize = 10;
+pub(crate) const COUNTERS: usize = 11;
 
 /// Rays and work of a render. The same for the same scene and settings, whatever the machine does besides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,6 +48,8 @@ pub struct EndCounts {
     pub depth: u64,
     /// Below the least weight.
     pub weight: u64,
+    /// Could not add enough to matter to the tolerance; lights that were not looked for included.
+    pub tolerance: u64,
     /// No room in the ray stack or the medium stack.
     pub storage: u64,
     /// No ray left of those that the sample's tree may have ([`RenderSettings::max_rays`](crate::RenderSettings::max_rays)).
@@ -96,6 +98,7 @@ impl Counters {
             &mut self.ended.miss,
             &mut self.ended.depth,
             &mut self.ended.weight,
+            &mut self.ended.tolerance,
         ];
         for (total, &count) in totals.into_iter().zip(&words[1..]) {
             *total += u64::from(count);

@@ -50,6 +50,8 @@ pub struct Frame {
     pub triangle_count: u32,
     pub background: [f32; 3],
     pub background_kind: u32,
+    pub branch_bound: [f32; 3],
+    pub order_count: u32,
     pub picture_size: [f32; 2],
     pub window_origin: [u32; 2],
     pub window_size: [u32; 2],
@@ -72,7 +74,8 @@ pub struct Frame {
     pub tolerance: f32,
     pub state_planes: u32,
     pub texture_kinds: u32,
-    pub padding: [u32; 2],
+    pub light_share: f32,
+    pub padding: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 

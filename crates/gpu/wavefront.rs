@@ -194,7 +194,8 @@ impl Wavefront {
         })
     }
 
-    fn write(&self, device: &Device, name: &str, bytes: &[u8]) {
+    /// Writes to the start of a buffer, before what is submitted next.
+    pub(crate) fn write(&self, device: &Device, name: &str, bytes: &[u8]) {
         let buffer = self.resources.buffer(name);
         device.queue.write_buffer(buffer, 0, bytes);
     }

@@ -35,9 +35,9 @@ pub use raytree_film::{
 };
 use raytree_gpu::{Ahead, assemble_ahead, render_ahead};
 pub use raytree_gpu::{
-    BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped, Feature,
-    Kernel, Numerics, ProgramFeatures, Progress, Region, RenderError, RenderSettings, RenderTimes,
-    Rendered, Shading, build_bvh, cost, list_devices,
+    BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped,
+    ErrorReport, Feature, Kernel, Numerics, ProgramFeatures, Progress, Region, RenderError,
+    RenderSettings, RenderTimes, Rendered, Shading, Tolerance, build_bvh, cost, list_devices,
 };
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
@@ -67,6 +67,8 @@ pub struct Rendering {
     pub times: RenderTimes,
     /// Iterations of tracing and shading that rendered.
     pub iterations: u32,
+    /// What was achieved of the settings' tolerance, if they have one.
+    pub error: Option<ErrorReport>,
 }
 
 /// Reads the default scene of a glTF file, `.gltf` or `.glb`, without what can't show ([`simplify`]): so it takes the smallest
@@ -126,6 +128,7 @@ pub fn render_with_features(
         features,
         times,
         iterations,
+        error,
     } = rendered;
     Ok(Rendering {
         film,
@@ -135,6 +138,7 @@ pub fn render_with_features(
         bvh_time,
         times,
         iterations,
+        error,
     })
 }
 

@@ -12,10 +12,18 @@ fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
     let entry = queue_in[index];
     let slot = entry_slot(entry);
     let level = entry_level(entry);
-    let end = select(frame.state_planes, STACK_PLANE, level == CAMERA_LEVEL);
-    var ray = item_of(load_state(STACK_PLANE, end, slot, index, level).item);
-    if (level == CAMERA_LEVEL) {
-        ray = camera_item(slot);
+    let is_camera = level == CAMERA_LEVEL;
+    var first = STACK_PLANE;
+    var end = select(frame.state_planes, STACK_PLANE, is_camera);
+    if (HAS_TOLERANCE) {
+        // The order of its sample.
+        first = select(first, RADIANCE_PLANE, is_camera);
+        end = select(end, RADIANCE_PLANE + 1u, is_camera);
+    }
+    let loaded = load_state(first, end, slot, index, level);
+    var ray = item_of(loaded.item);
+    if (is_camera) {
+        ray = camera_item(slot, loaded);
     }
     if (ray.kind == LIGHTS) {
         return;

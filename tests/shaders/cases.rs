@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use raytree::{
     Camera, Feature, Numerics, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading,
+    Tolerance,
     model::{
         AlphaMode, Filter, Image, LightKind, Material, Texture, TextureRef, Volume,
         WhittedCoefficients, Wrap,
@@ -206,6 +207,10 @@ pub fn pair(feature: Feature) -> [Case; 2] {
         Feature::Whitted => [Shading::Pbr, Shading::Whitted]
             .map(|shading| case(squares(&[mirror()]), |settings| settings.shading = shading)),
         Feature::LongRays => [1, 300].map(|count| of(squares(&vec![plain(); count]))),
+        Feature::Tolerance => set([
+            |_| (),
+            |settings| settings.tolerance = Some(Tolerance::absolute(0.01)),
+        ]),
         Feature::Counters => set([|_| (), |settings| settings.counters = true]),
         Feature::Watertight => set([|settings| settings.numerics.watertight = false, |_| ()]),
         Feature::PaddedBoxes => set([|settings| settings.numerics.padded_boxes = false, |_| ()]),

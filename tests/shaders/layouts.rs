@@ -54,9 +54,11 @@ fn on_host() -> Vec<Layout> {
         Frame {
             ray_start sample camera_right max_depth camera_up light_count camera_forward min_weight
             start_right start_t start_up start_depth ambient
-            triangle_count background background_kind picture_size window_origin window_size tile_columns first_tile
+            triangle_count background background_kind branch_bound order_count
+            picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds padding environment
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds light_share padding
+            environment
         }
         LeafTriangle { vertices entry }
         TextureUse { row_u offset row_v uv_set width height flags unused }

@@ -168,6 +168,19 @@ pub const MARKS: &[Marks] = &[
             "traversal_slot",
         ],
     ),
+    // A slot takes the sample that it is ordered to take, not that of its pixel.
+    Marks {
+        feature: Feature::Tolerance,
+        present: &[
+            "order_of_word",
+            "take_counts",
+            "packed_counts",
+            "lost",
+            "negligible",
+            "Frame.order_count",
+        ],
+        instead: &["pixel_of_lane", "inside_window", "Frame.sample"],
+    },
     marks(Feature::Counters, &["tally"]),
     Marks {
         feature: Feature::Watertight,
@@ -205,6 +218,10 @@ pub const SHARED: &[(&[Feature], &[&str])] = &[
         &["media", "innermost_medium"],
     ),
     (&[Feature::Priorities, Feature::Contact], &["insert_medium"]),
+    (
+        &[Feature::Tolerance],
+        &["leave_out", "most_brought", "heaviest_first"],
+    ),
     (
         &[Feature::Lights, Feature::TransparentShadows],
         &[

@@ -7,7 +7,12 @@ use raytree_stress::scenes::unfiltered;
 
 /// Every feature but those that say what was asked for rather than what a scene needs. Numerics are those of every picture.
 pub fn everything(settings: &RenderSettings, special: ProgramFeatures) -> ProgramFeatures {
-    let asked = [Feature::Orthographic, Feature::Whitted, Feature::Counters];
+    let asked = [
+        Feature::Orthographic,
+        Feature::Whitted,
+        Feature::Tolerance,
+        Feature::Counters,
+    ];
     let all = ProgramFeatures::everything().with_numerics(settings.numerics);
     asked
         .into_iter()

@@ -1,0 +1,261 @@
+//! Rendering to a tolerance: samples are taken one by one, as a [`Sampler`] orders them, until every pixel's error fits. A slot takes a
+//! single sample, whatever pixel it is of; a pixel's are added up here.
+
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
+
+use bytemuck::cast_slice;
+use glam::Vec3;
+use raytree_control::{Order, Sampled, Sampler, Tolerance};
+use raytree_film::Film;
+
+use crate::{
+    batch::{Batch, TILE_PIXELS, Tiling, spreading_stride},
+    error::RenderError,
+    render::{Prepared, Progress, Taken},
+    statistics::{Counters, Dropped},
+    types::{Frame, Slot},
+    wavefront::SlotsComing,
+};
+
+/// What is kept of a time limit for ending: adding up what came last, and the film.
+const TO_END: Duration = Duration::from_millis(15);
+
+/// Of the same names in `shaders/tolerance.wgsl`.
+pub(crate) const STORAGE_SHIFT: u32 = 20;
+pub(crate) const COMMON_RAYS: u32 = 0xf_ffff;
+pub(crate) const BUDGET_MOST: u32 = 0xff_ffff;
+
+/// Samples that are taken at once, and come back as slots.
+struct Taking {
+    orders: Vec<Order>,
+    slots: SlotsComing,
+}
+
+impl Prepared<'_> {
+    /// The picture with as many samples and as much of their trees as the tolerance needs, or as there is time for.
+    pub(crate) fn take_to_tolerance(
+        &self,
+        tolerance: Tolerance,
+        counters: &mut Counters,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Taken, RenderError> {
+        let mut sampler = self.sampler(tolerance);
+        let mut pace = Pace::of(self.settings.deadline);
+        let mut dropped = Dropped::default();
+        let mut iterations = 0;
+        // Its samples are added up while the device works on the next ones.
+        let mut before: Option<Taking> = None;
+        loop {
+            let most = pace.affordable(self.plan.slots as usize);
+            let orders = if most == 0 {
+                Vec::new()
+            } else {
+                sampler.next_orders(most)
+            };
+            if orders.is_empty() {
+                let Some(taking) = before.take() else {
+                    break;
+                };
+                self.add_up(&taking, &mut sampler, &mut dropped)?;
+                continue;
+            }
+            let started = Instant::now();
+            let frame = self.place(&orders, &sampler);
+            let finished = sampler.finished();
+            let progress = |_| match observer(Progress { finished }) {
+                ControlFlow::Break(()) => Err(RenderError::Cancelled),
+                ControlFlow::Continue(()) => Ok(()),
+            };
+            let meanwhile = || match before.take() {
+                Some(taking) => self.add_up(&taking, &mut sampler, &mut dropped),
+                None => Ok(()),
+            };
+            iterations += self
+                .wavefront
+                .run(self.device, &frame, counters, progress, meanwhile)?;
+            pace.took(orders.len(), started.elapsed());
+            let slots = self.wavefront.fetch_slots(self.device, frame.slot_count);
+            before = Some(Taking { orders, slots });
+        }
+        Ok(self.develop(&mut sampler, dropped, iterations))
+    }
+
+    fn sampler(&self, tolerance: Tolerance) -> Sampler {
+        let region = self.settings.visible_region();
+        let size = (region.width, region.height);
+        let sequence = pixels_by_tile(self.plan.tiling);
+        let bound = Vec3::from(self.plan.frame.branch_bound);
+        let bound = bound.length() / 3.0_f32.sqrt();
+        let most = self.settings.samples;
+        let sampler = Sampler::new(size, tolerance, most, bound, sequence);
+        match self.settings.deadline {
+            Some(_) => sampler.stepwise(),
+            None => sampler,
+        }
+    }
+
+    /// Hands orders to the device; the frame in which they are carried out.
+    fn place(&self, orders: &[Order], sampler: &Sampler) -> Frame {
+        let width = self.settings.visible_region().width;
+        let words: Vec<[u32; 4]> = (0..orders.len())
+            .map(|slot| {
+                let order = orders[order_of_slot(orders.len(), slot)];
+                let (x, y) = (order.pixel % width, order.pixel / width);
+                [x, y, order.sample, order.negligible.code()]
+            })
+            .collect();
+        self.wavefront
+            .write(self.device, "state", cast_slice(&words));
+        let bound = Vec3::from(self.plan.frame.branch_bound);
+        Frame {
+            slot_count: (orders.len() as u32).next_multiple_of(TILE_PIXELS),
+            order_count: orders.len() as u32,
+            branch_bound: (sampler.branch_scale() * bound).to_array(),
+            light_share: if sampler.may_leave_out_lights() {
+                1.0
+            } else {
+                0.0
+            },
+            ..self.plan.frame
+        }
+    }
+
+    /// Waits for samples and adds them up, each pixel's in their order.
+    fn add_up(
+        &self,
+        taking: &Taking,
+        sampler: &mut Sampler,
+        dropped: &mut Dropped,
+    ) -> Result<(), RenderError> {
+        let count = taking.orders.len();
+        let mut slots = vec![Slot::default(); count];
+        taking.slots.each(self.device, |slot, found| {
+            if slot < count {
+                slots[order_of_slot(count, slot)] = found;
+            }
+        })?;
+        for (order, slot) in taking.orders.iter().zip(slots) {
+            // As `packed_counts` of shaders/tolerance.wgsl has it.
+            dropped.storage += u64::from(slot.common_rays >> STORAGE_SHIFT);
+            dropped.budget += u64::from(slot.dropped_storage & BUDGET_MOST);
+            let sampled = Sampled {
+                radiance: slot.radiance,
+                lost: f32::from_bits(slot.dropped_budget),
+                rays: slot.rays,
+            };
+            sampler.take(order, sampled);
+        }
+        Ok(())
+    }
+
+    fn develop(&self, sampler: &mut Sampler, dropped: Dropped, iterations: u32) -> Taken {
+        let region = self.settings.visible_region();
+        let mut film = Film::windowed(region.width, region.height, self.settings.window());
+        for (pixel, [r, g, b, alpha]) in sampler.finish().into_iter().enumerate() {
+            film.radiance[pixel] = [r, g, b];
+            film.alpha[pixel] = alpha.clamp(0.0, 1.0);
+        }
+        film.estimates = Some(sampler.estimates());
+        Taken {
+            film,
+            rays: sampler.rays(),
+            dropped,
+            iterations,
+            error: Some(sampler.report()),
+        }
+    }
+}
+
+/// The window's pixels tile by tile, so that neighbours are taken together.
+fn pixels_by_tile(tiling: Tiling) -> Vec<u32> {
+    let all = Batch {
+        first_tile: 0,
+        tile_count: tiling.tiles,
+        stride: 1,
+    };
+    (0..tiling.tiles * TILE_PIXELS)
+        .filter_map(|slot| tiling.pixel_of_slot(all, slot))
+        .map(|pixel| pixel as u32)
+        .collect()
+}
+
+/// Which of `count` orders a slot takes: whole workgroups change places, so that consecutive ones take pixels that lie apart, as
+/// tiles do where there are no orders.
+fn order_of_slot(count: usize, slot: usize) -> usize {
+    let lanes = TILE_PIXELS as usize;
+    let (workgroup, lane) = (slot / lanes, slot % lanes);
+    let whole = count / lanes;
+    if workgroup >= whole {
+        return slot;
+    }
+    let stride = spreading_stride(whole as u32) as usize;
+    workgroup * stride % whole * lanes + lane
+}
+
+/// How many samples fit into the time that is left.
+struct Pace {
+    deadline: Option<Instant>,
+    /// Seconds a sample, as of late.
+    each: Option<f64>,
+}
+
+/// Samples that are taken while nothing is known of their pace.
+const FIRST_SAMPLES: usize = 4096;
+
+/// Fewer are not worth the while.
+const FEWEST_SAMPLES: usize = 256;
+
+impl Pace {
+    fn of(deadline: Option<Instant>) -> Self {
+        Self {
+            deadline,
+            each: None,
+        }
+    }
+
+    /// At most `most`; 0 when time is up.
+    fn affordable(&self, most: usize) -> usize {
+        let Some(deadline) = self.deadline else {
+            return most;
+        };
+        let left = deadline.saturating_duration_since(Instant::now() + TO_END);
+        let Some(each) = self.each else {
+            return most.min(FIRST_SAMPLES);
+        };
+        // Half of what fits: samples may take longer than those before.
+        let fit = (0.5 * left.as_secs_f64() / each) as usize;
+        if fit < FEWEST_SAMPLES {
+            0
+        } else {
+            fit.min(most)
+        }
+    }
+
+    fn took(&mut self, samples: usize, time: Duration) {
+        self.each = Some(time.as_secs_f64() / samples.max(1) as f64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_order_has_one_slot() {
+        for count in [1, 63, 64, 65, 128, 1000, 4096, 10_007] {
+            let mut taken: Vec<usize> = (0..count).map(|slot| order_of_slot(count, slot)).collect();
+            taken.sort_unstable();
+            assert!(taken.into_iter().eq(0..count), "{count}");
+        }
+    }
+
+    #[test]
+    fn every_pixel_comes_once() {
+        let mut pixels = pixels_by_tile(Tiling::new(13, 9));
+        pixels.sort_unstable();
+        assert!(pixels.into_iter().eq(0..13 * 9));
+    }
+}

@@ -1,0 +1,71 @@
+// Error control: a slot takes one sample, which its order names, and leaves out what can't matter (Hall and Greenberg 1983, adaptive tree
+// depth). README.md, "Tolerance".
+
+// The most that the sample has lost so far, root mean square over the channels: by what was left out, and by branches that ended for another reason.
+var<private> lost: f32;
+
+// What could bring no more than this is left out.
+var<private> negligible: f32;
+var<private> negligible_code: u32;
+
+// An order lies in RADIANCE_PLANE until its sample has begun.
+struct Order {
+    pixel: vec2u, // in the window
+    sample: u32,
+    negligible: u32, // code
+}
+
+fn order_of_word(word: vec4u) -> Order {
+    return Order(word.xy, word.z, word.w);
+}
+
+// Codes of 8 bits in steps of half an octave, from 2^-96 to 2^31.
+fn negligible_of_code(code: u32) -> f32 {
+    return exp2(0.5 * f32(code) - 96.0);
+}
+
+// Leaves out what could bring no more than `brought`, if that is negligible: at most `share` of what is.
+fn leave_out(brought: f32, share: f32) -> bool {
+    let is_left_out = brought <= share * negligible;
+    if (is_left_out) {
+        lost += brought;
+        count(ENDED_TOLERANCE);
+    }
+    return is_left_out;
+}
+
+// Root mean square over the channels: as pictures are judged. Scaled first, so that nothing leaves f32's range.
+fn over_channels(color: vec3f) -> f32 {
+    let largest = max(max_component(color), 1e-30);
+    return largest * length(color / largest) * inverseSqrt(3.0);
+}
+
+// What a ray of this throughput could bring.
+fn most_brought(throughput: vec3f) -> f32 {
+    return over_channels(throughput * frame.branch_bound);
+}
+
+// A sample's Slot but for its radiance: there is room for more beside counts.
+const STORAGE_SHIFT: u32 = 20u; // above common_rays
+const COMMON_RAYS: u32 = 0xfffffu;
+const STORAGE_MOST: u32 = 0xfffu;
+const CODE_SHIFT: u32 = 24u; // above branches dropped for want of rays
+const BUDGET_MOST: u32 = 0xffffffu;
+
+fn packed_counts() -> vec4u {
+    let ended = min(dropped, vec2u(STORAGE_MOST, BUDGET_MOST));
+    return vec4u(rays, common_rays | (ended.x << STORAGE_SHIFT), ended.y | (negligible_code << CODE_SHIFT), bitcast<u32>(lost));
+}
+
+fn take_counts(counts: vec4u) {
+    rays = counts.x;
+    common_rays = counts.y & COMMON_RAYS;
+    dropped = vec2u(counts.y >> STORAGE_SHIFT, counts.z & BUDGET_MOST);
+    lost = bitcast<f32>(counts.w);
+    take_code(counts.z >> CODE_SHIFT);
+}
+
+fn take_code(code: u32) {
+    negligible_code = code;
+    negligible = negligible_of_code(code);
+}
