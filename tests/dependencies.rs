@@ -15,6 +15,10 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("raytree-bvh", &["wgpu", "naga", "raytree-scene"]),
     ("raytree-film", &["wgpu", "naga", "raytree-scene"]),
     ("raytree-assets", &["wgpu", "naga", "raytree-scene"]),
+    (
+        "raytree-converge",
+        &["wgpu", "naga", "raytree-scene", "raytree-gpu"],
+    ),
 ];
 
 /// The names of everything that `package` depends on, and its own.

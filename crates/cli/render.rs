@@ -133,7 +133,7 @@ fn prepare(args: &RenderArgs, outputs: &Outputs) -> anyhow::Result<Prepared> {
 }
 
 /// Only a signal makes the observer say stop.
-fn as_interruption(error: RenderError) -> anyhow::Error {
+pub fn as_interruption(error: RenderError) -> anyhow::Error {
     match error {
         RenderError::Cancelled => Interrupted.into(),
         error => error.into(),

@@ -24,4 +24,5 @@ pub use film::{Aovs, Film, MISS_DEPTH, NO_ID, Window};
 pub use read::{Picture, Rect};
 pub use sampling::{FILTER_RADIUS, ReconstructionFilter, filtered_pattern, sample_pattern};
 pub use tone::{ToneMap, quantise_u8, quantise_u16, srgb_decode, srgb_encode};
+pub use whole_file::write_whole;
 pub use write::{BitDepth, Format, WriteOptions};
