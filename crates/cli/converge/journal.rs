@@ -26,17 +26,18 @@ impl JournalFile {
     pub fn open(folder: &Path, key: &str, fresh: bool) -> anyhow::Result<Self> {
         let path = folder.join(NAME);
         let there = if fresh { None } else { read(&path)? };
-        let journal = match there {
-            Some(text) => kept(&path, &text, key)?,
-            None => Journal::default(),
-        };
-        // Whole lines alone: half a one would spoil the next.
-        let mut whole = String::new();
-        for record in records(&journal, key) {
-            whole.push_str(&line(&record)?);
+        let text = there.as_deref().unwrap_or_default();
+        let journal = kept(&path, text, key)?;
+        let mut whole = whole_lines(text).to_owned();
+        if whole.is_empty() {
+            whole = line(&Record::Subject {
+                key: key.to_owned(),
+            })?;
         }
-        raytree::write_whole(&path, |file| file.write_all(whole.as_bytes()))
-            .map_err(|error| failed(&path, &error))?;
+        if there.as_deref() != Some(&whole) {
+            raytree::write_whole(&path, |file| file.write_all(whole.as_bytes()))
+                .map_err(|error| failed(&path, &error))?;
+        }
         let file = OpenOptions::new().append(true).open(&path);
         let file = file.map_err(|error| failed(&path, &error))?;
         Ok(Self {
@@ -88,19 +89,9 @@ fn kept(path: &Path, text: &str, key: &str) -> Result<Journal, Usage> {
     Ok(journal)
 }
 
-fn records(journal: &Journal, key: &str) -> Vec<Record> {
-    let subject = Record::Subject {
-        key: key.to_owned(),
-    };
-    let pictures = journal.pictures.iter().cloned().map(Record::Picture);
-    let runs = journal.runs.iter().cloned().map(Record::Run);
-    let builds = journal.builds.iter().cloned().map(Record::Build);
-    [subject]
-        .into_iter()
-        .chain(pictures)
-        .chain(builds)
-        .chain(runs)
-        .collect()
+/// Without half a line at the end, which would spoil the next.
+fn whole_lines(text: &str) -> &str {
+    text.rfind('\n').map_or("", |end| &text[..=end])
 }
 
 fn failed(path: &Path, error: &io::Error) -> anyhow::Error {

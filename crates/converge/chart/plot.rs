@@ -64,12 +64,21 @@ pub fn draw<B: DrawingBackend>(canvas: &Canvas<B>, summary: &Summary) -> Result<
     let shown = shown(summary);
     let frame = frame(&shown, summary).ok_or(ChartError::Empty)?;
     let mut page = Page::new(Taken::new((LEFT, TOP), (RIGHT, BOTTOM)));
-    draw_unknown(canvas, &frame, summary, &mut page)?;
+    let limit = untold(&frame, summary);
+    if let Some((top, _)) = limit {
+        canvas.rectangle((LEFT, top), (RIGHT, BOTTOM), UNKNOWN)?;
+    }
     draw_grid(canvas, &frame, summary.clock)?;
+    if let Some((top, limit)) = limit {
+        name_untold(canvas, top, limit, &mut page)?;
+    }
     draw_title(canvas, summary)?;
     draw_fronts(canvas, &frame, summary, &shown, &mut page)?;
     for point in &shown {
-        page.take(Taken::about(frame.at(point.time.median, point.rmse), 5.5));
+        let at = frame.at(point.time.median, point.rmse);
+        page.take(Taken::about(at, 5.5));
+        let ends = [point.time.least, point.time.most].map(|time| frame.x.place(time));
+        page.take(Taken::new((ends[0], at.1 - 4.0), (ends[1], at.1 + 4.0)));
     }
     for ladder in &summary.ladders {
         take_ladder(&frame, ladder, &shown, &mut page);
@@ -134,23 +143,22 @@ fn frame(shown: &[Shown], summary: &Summary) -> Option<Frame> {
     Some(Frame { x, y })
 }
 
-/// Below the largest limit some point's error can't be told.
-fn draw_unknown<B: DrawingBackend>(
-    canvas: &Canvas<B>,
-    frame: &Frame,
-    summary: &Summary,
-    page: &mut Page,
-) -> Result<(), ChartError> {
+/// Below the largest limit some point's error can't be told: its place, and what it is. `None`: that is not shown.
+fn untold(frame: &Frame, summary: &Summary) -> Option<(f64, f64)> {
     let limits = summary
         .truths
         .iter()
         .map(|truth| truth.reference.limit().rmse);
     let limit = limits.fold(0.0, f64::max);
-    if limit <= frame.y.least() {
-        return Ok(());
-    }
-    let top = frame.y.place(limit).max(TOP);
-    canvas.rectangle((LEFT, top), (RIGHT, BOTTOM), UNKNOWN)?;
+    (limit > frame.y.least()).then(|| (frame.y.place(limit).max(TOP), limit))
+}
+
+fn name_untold<B: DrawingBackend>(
+    canvas: &Canvas<B>,
+    top: f64,
+    limit: f64,
+    page: &mut Page,
+) -> Result<(), ChartError> {
     let text = format!(
         "below {}: within three times the reference's own error, not told",
         three_digits(limit)
@@ -162,6 +170,12 @@ fn draw_unknown<B: DrawingBackend>(
         (LEFT, middle - 10.0),
         (LEFT + 10.0 + length, BOTTOM),
     ));
+    // Grid lines would cut the letters.
+    canvas.rectangle(
+        (LEFT + 6.0, middle - 9.5),
+        (LEFT + 11.0 + length, middle + 3.5),
+        UNKNOWN,
+    )?;
     canvas.words(&text, (LEFT + 8.0, middle), words)
 }
 
@@ -293,7 +307,7 @@ fn draw_fronts<B: DrawingBackend>(
         }
         let end = (RIGHT, last.1);
         steps.push(end);
-        canvas.line(&steps, FRONT, 1.1)?;
+        canvas.line(&steps, FRONT, 1.3)?;
         for pair in steps.windows(2) {
             page.take_line(pair[0], pair[1]);
         }
@@ -349,9 +363,13 @@ fn draw_guide<B: DrawingBackend>(
     canvas.dashed(from, to, 5.0, SOFT, 1.2)?;
     page.take_line(from, to);
     let style = words(11.5, INK);
-    let text = format!("RMSE ~ N^\u{2212}{:.2}", order.order);
+    let law = "RMSE ~ N";
+    let exponent = format!("\u{2212}{:.2}", order.order);
     let interval = format!("95 %: {:.2} to {:.2}", order.low, order.high);
-    let longest = length(&text, style.size, false).max(length(&interval, style.size, false));
+    const RAISED: f64 = 8.5;
+    let law_length = length(law, style.size, false);
+    let longest =
+        (law_length + length(&exponent, RAISED, false)).max(length(&interval, style.size, false));
     // Under the line, where it has room.
     let places: Vec<At> = [0.35, 0.5, 0.2, 0.65, 0.1]
         .iter()
@@ -362,7 +380,9 @@ fn draw_guide<B: DrawingBackend>(
         })
         .collect();
     if let Some(at) = page.find_best(&places, longest, 2.4 * style.size) {
-        canvas.words(&text, (at.0, at.1 - 9.0), style)?;
+        let raised = (at.0 + law_length + 1.0, at.1 - 13.5);
+        canvas.words(law, (at.0, at.1 - 9.0), style)?;
+        canvas.words(&exponent, raised, words(RAISED, INK))?;
         canvas.words(&interval, (at.0, at.1 + 5.0), words(11.5, SOFT))?;
     }
     Ok(())
