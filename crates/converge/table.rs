@@ -219,8 +219,11 @@ pub fn csv(summary: &Summary) -> String {
     text
 }
 
+/// Reads a time of a point.
+type Time = fn(&Point) -> Option<Spread>;
+
 /// Columns of times, three each.
-const TIMES: [(&str, fn(&Point) -> Option<Spread>); 5] = [
+const TIMES: [(&str, Time); 5] = [
     ("cpu_s", |point| point.cpu_s),
     ("wall_s", |point| point.wall_s),
     ("prepare_s", |point| point.prepare_s),

@@ -496,7 +496,11 @@ fn name_points<B: DrawingBackend>(
         let text = ladder.knob.value_of(&summary.points[point.index].setting);
         let length = length(&text, style.size, style.bold);
         let at = frame.at(point.time.median, point.rmse);
-        if let Some(at) = page.find(&about(at, 7.0, length, style.size), length, style.size) {
+        let places: Vec<At> = [7.0, 10.0, 14.0]
+            .iter()
+            .flat_map(|distance| about(at, *distance, length, style.size))
+            .collect();
+        if let Some(at) = page.find(&places, length, style.size) {
             canvas.words(&text, at, style)?;
         }
     }
