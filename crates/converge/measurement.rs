@@ -149,7 +149,8 @@ pub struct Reference {
     pub min_weight: f64,
     /// By how much the two differ. The mean of two that know nothing of each other is off by half of that.
     pub agreement: Option<Errors>,
-    /// By how much a picture of few samples changes with twice the depth and a tenth of the least weight.
+    /// By how much a picture of few samples changes with twice the depth and a tenth of the least weight. `None`: those trees take too
+    /// long.
     pub truncation: Option<Errors>,
     /// By how much our picture differs from the f64 oracle's with the same samples.
     pub oracle: Option<OracleCheck>,

@@ -177,6 +177,9 @@ fn reference_line(reference: &Reference) -> String {
             short(check.rmse)
         );
     }
+    if reference.agreement.is_some() && reference.truncation.is_none() && !samples.is_empty() {
+        line.push_str("; what deeper trees change is not known, they take too long");
+    }
     match reference.error() {
         Some(error) => {
             let _ = write!(

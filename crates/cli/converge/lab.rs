@@ -5,14 +5,15 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use raytree::{
-    Ahead, Device, Film, Picture, Prepared, ProgramFeatures, RenderSettings, Rendered, Scene,
-    SceneFeatures, build_bvh,
+    Ahead, Device, Film, Picture, Prepared, ProgramFeatures, RenderError, RenderSettings, Rendered,
+    Scene, SceneFeatures, build_bvh,
 };
 use raytree_converge::{Build, Bvh, Rays, Run, Setting};
 
 use crate::cancel;
 use crate::converge::cpu_time;
 use crate::converge::settings::{preset, render_settings};
+use crate::failure::Interrupted;
 use crate::render::as_interruption;
 
 /// Scene and device, with the hierarchies that were built so far.
@@ -72,6 +73,17 @@ impl<'a> Lab<'a> {
         Ok(Picture::from(&rendered.film))
     }
 
+    /// The picture, unless rendering it takes longer than `limit`.
+    pub fn picture_within(
+        &mut self,
+        setting: &Setting,
+        limit: Duration,
+    ) -> anyhow::Result<Option<Picture>> {
+        let settings = render_settings(self.base, setting)?;
+        let rendered = self.render_within(setting, &settings, Some(limit))?;
+        Ok(rendered.map(|(rendered, _)| Picture::from(&rendered.film)))
+    }
+
     /// Renders against the clock; also the picture's fingerprint.
     pub fn timed(
         &mut self,
@@ -102,12 +114,24 @@ impl<'a> Lab<'a> {
         Ok(Build { bvh, round, wall_s })
     }
 
-    /// Prepared anew for each run: what many settings keep on the device at once would be gigabytes.
     fn render(
         &mut self,
         setting: &Setting,
         settings: &RenderSettings,
     ) -> anyhow::Result<(Rendered, Times)> {
+        let rendered = self.render_within(setting, settings, None)?;
+        // Without a limit only a signal ends it.
+        rendered.ok_or_else(|| Interrupted.into())
+    }
+
+    /// Prepared anew for each run: what many settings keep on the device at once would be gigabytes. `None`: it took longer than
+    /// `limit`.
+    fn render_within(
+        &mut self,
+        setting: &Setting,
+        settings: &RenderSettings,
+        limit: Option<Duration>,
+    ) -> anyhow::Result<Option<(Rendered, Times)>> {
         cancel::check()?;
         if !self.hierarchies.contains_key(name(setting.bvh)) {
             self.build(setting.bvh, 0)?;
@@ -118,18 +142,28 @@ impl<'a> Lab<'a> {
         let mut prepared = Prepared::new(self.device, self.scene, bvh, settings, features)?;
         prepared.compile(ahead)?;
 
-        let mut observer = |_| match cancel::requested() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        };
         let before = cpu_time::seconds();
         let started = Instant::now();
-        let rendered = prepared.render(&mut observer).map_err(as_interruption)?;
+        let mut observer = |_| {
+            let late = limit.is_some_and(|limit| started.elapsed() > limit);
+            match late || cancel::requested() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let result = prepared.render(&mut observer);
         let wall = started.elapsed();
         let cpu = before
             .zip(cpu_time::seconds())
             .map(|(before, after)| after - before);
-        Ok((rendered, Times { wall, cpu }))
+        match result {
+            Ok(rendered) if limit.is_none_or(|limit| wall <= limit) => {
+                Ok(Some((rendered, Times { wall, cpu })))
+            }
+            Ok(_) => Ok(None),
+            Err(RenderError::Cancelled) if !cancel::requested() => Ok(None),
+            Err(error) => Err(as_interruption(error)),
+        }
     }
 }
 

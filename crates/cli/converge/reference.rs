@@ -1,6 +1,7 @@
 //! What pictures are held against: made of two that know nothing of each other, given, or kept from an earlier run.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context;
 use raytree::{CompareOptions, Picture, compare};
@@ -16,6 +17,13 @@ use crate::failure::Usage;
 /// of two, is then a quarter of theirs.
 const SAMPLES: f64 = 3.5;
 
+/// What both may take. Trees of glass among mirrors grow without end: there the reference goes no deeper than the sweep, and what that
+/// leaves out is in its error.
+const AFFORDABLE: Duration = Duration::from_secs(75);
+
+/// What the picture that tells what deeper trees would change may take.
+const TRUNCATION: Duration = Duration::from_secs(10);
+
 /// Samples a pixel of the pictures that tell what deeper trees would change.
 const TRUNCATION_SPP: u32 = 4;
 
@@ -24,9 +32,40 @@ const TRUNCATION_SPP: u32 = 4;
 pub struct Plan {
     /// Two different numbers, each the square of a whole one, whose patterns are the best (crates/film/sampling.rs).
     samples: [u32; 2],
+    /// The sweep's.
     depth: u32,
+    /// The sweep's.
     min_weight: f64,
     oracle: OracleChoice,
+}
+
+/// How far the rays of a reference are followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Reach {
+    depth: u32,
+    min_weight: f64,
+    shading: Model,
+}
+
+impl Reach {
+    fn setting(&self, spp: u32) -> Setting {
+        Setting {
+            depth: self.depth,
+            min_weight: self.min_weight,
+            spp,
+            tolerance: None,
+            bvh: Bvh::Balanced,
+            shading: self.shading,
+        }
+    }
+
+    fn scaled(&self, depth: u32, weight: f64) -> Self {
+        Self {
+            depth: (depth * self.depth).min(1024),
+            min_weight: weight * self.min_weight,
+            ..*self
+        }
+    }
 }
 
 impl Plan {
@@ -39,8 +78,8 @@ impl Plan {
         let weights = settings.iter().map(|s| s.min_weight);
         Self {
             samples: [root * root, (root + 1) * (root + 1)],
-            depth: (2 * depth).clamp(8, 1024),
-            min_weight: 0.5 * weights.fold(1.0, f64::min),
+            depth: depth.max(4),
+            min_weight: weights.fold(1.0, f64::min),
             oracle,
         }
     }
@@ -55,15 +94,21 @@ impl Plan {
         self.samples.iter().sum()
     }
 
-    fn setting(&self, shading: Model, spp: u32) -> Setting {
-        Setting {
+    /// The farthest that is affordable; twice as deep as the sweep and down to half its least weight if that is.
+    fn reach(&self, lab: &mut Lab<'_>, shading: Model) -> anyhow::Result<Reach> {
+        let sweeps = Reach {
             depth: self.depth,
             min_weight: self.min_weight,
-            spp,
-            tolerance: None,
-            bvh: Bvh::Balanced,
             shading,
+        };
+        for (depth, weight) in [(2, 0.5), (2, 1.0), (1, 0.5)] {
+            let reach = sweeps.scaled(depth, weight);
+            let limit = AFFORDABLE / self.samples();
+            if lab.picture_within(&reach.setting(1), limit)?.is_some() {
+                return Ok(reach);
+            }
         }
+        Ok(sweeps)
     }
 }
 
@@ -103,42 +148,45 @@ pub fn kept_or_made(
 
 fn make(lab: &mut Lab<'_>, plan: &Plan, shading: Model) -> anyhow::Result<Truth> {
     let [few, many] = plan.samples;
-    let first = lab.picture(&plan.setting(shading, few))?;
-    let judge = Judge::new(lab, &plan.setting(shading, few), plan.oracle);
-    let (second, made_by, oracle) = match judge.judge(&first, many)? {
+    let reach = plan.reach(lab, shading)?;
+    let first = lab.picture(&reach.setting(few))?;
+    let judge = Judge::new(lab, &reach.setting(few), plan.oracle);
+    let verdict = judge.judge(&first, many)?;
+    let (second, made_by, oracle) = match verdict {
         Verdict::Picture(picture) => (picture, MadeBy::OracleAndOurselves, None),
-        Verdict::Check(check) => (ours(lab, plan, shading)?, MadeBy::Ourselves, Some(check)),
-        Verdict::NotAsked => (ours(lab, plan, shading)?, MadeBy::Ourselves, None),
+        Verdict::Check((share, rmse)) => {
+            let check = OracleCheck { share, rmse };
+            let ours = lab.picture(&reach.setting(many))?;
+            (ours, MadeBy::Ourselves, Some(check))
+        }
+        Verdict::NotAsked => (lab.picture(&reach.setting(many))?, MadeBy::Ourselves, None),
     };
     Ok(Truth {
         reference: Reference {
             shading,
             made_by,
             samples: vec![few, many],
-            depth: plan.depth,
-            min_weight: plan.min_weight,
+            depth: reach.depth,
+            min_weight: reach.min_weight,
             agreement: Some(errors(&first, &second)?),
-            truncation: Some(truncation(lab, plan, shading)?),
-            oracle: oracle.map(|(share, rmse)| OracleCheck { share, rmse }),
+            truncation: truncation(lab, &reach)?,
+            oracle,
         },
         picture: mean(&first, &second),
     })
 }
 
-fn ours(lab: &mut Lab<'_>, plan: &Plan, shading: Model) -> anyhow::Result<Picture> {
-    lab.picture(&plan.setting(shading, plan.samples[1]))
-}
-
-/// By how much twice the depth and a tenth of the least weight change the same samples.
-fn truncation(lab: &mut Lab<'_>, plan: &Plan, shading: Model) -> anyhow::Result<Errors> {
-    let setting = plan.setting(shading, TRUNCATION_SPP);
-    let deeper = Setting {
-        depth: (2 * setting.depth).min(1024),
-        min_weight: 0.1 * setting.min_weight,
-        ..setting
-    };
-    let (deep, shallow) = (lab.picture(&deeper)?, lab.picture(&setting)?);
-    errors(&deep, &shallow)
+/// By how much twice the depth and a tenth of the least weight change the same samples; half of the latter where that takes too
+/// long. `None`: that does too.
+fn truncation(lab: &mut Lab<'_>, reach: &Reach) -> anyhow::Result<Option<Errors>> {
+    for weight in [0.1, 0.5] {
+        let deeper = reach.scaled(2, weight).setting(TRUNCATION_SPP);
+        if let Some(deep) = lab.picture_within(&deeper, TRUNCATION)? {
+            let shallow = lab.picture(&reach.setting(TRUNCATION_SPP))?;
+            return errors(&deep, &shallow).map(Some);
+        }
+    }
+    Ok(None)
 }
 
 /// Pictures of two files, or of one whose error nobody knows.
@@ -235,7 +283,14 @@ mod tests {
         };
         let plan = Plan::beyond(&[Setting::default(), setting], None, OracleChoice::Auto);
         assert_eq!(plan.samples, [121, 144]);
-        assert_eq!((plan.depth, plan.min_weight), (32, 5e-4));
+        assert_eq!((plan.depth, plan.min_weight), (16, 1e-3));
+        let reach = Reach {
+            depth: 700,
+            min_weight: 1e-3,
+            shading: Model::Pbr,
+        };
+        let deeper = reach.scaled(2, 0.5).setting(4);
+        assert_eq!((deeper.depth, deeper.min_weight), (1024, 5e-4));
         let least = Plan::beyond(&[setting], Some(4), OracleChoice::Auto);
         assert_eq!(least.samples, [4, 9]);
         let most = Setting {
