@@ -1,6 +1,6 @@
 //! Error against run time, as solvers of differential equations are judged: which settings are measured ([`Sweep`]), what is
 //! kept of them ([`Journal`]), what follows ([`Summary`]: medians with spreads, Pareto front, order of convergence, time to an
-//! error), and how it is told ([`table`], [`csv`], [`chart`]).
+//! error), and how it is told ([`table`], [`csv`], [`svg`], [`png`]).
 //!
 //! Nothing here renders or knows of scenes and devices: numbers come in, tables and diagrams go out. Run times are told with
 //! their spread or not at all, errors only where the reference can tell them ([`Reference::limit`]).

@@ -133,6 +133,11 @@ fn order_line(knob: Knob, found: &Order) -> String {
         _ => "N^-",
     };
     let points = found.points;
+    if *low <= 0.0 {
+        return format!(
+            "RMSE shows no order: it may rise as well as fall (95 %: {low:.2} to {high:.2}, {points} points)"
+        );
+    }
     format!("RMSE falls as {what}{order:.2} (95 %: {low:.2} to {high:.2}, {points} points)")
 }
 
@@ -316,6 +321,20 @@ mod tests {
         assert!(text.contains(&format!("<{}", short(2.0 * rmse))), "{text}");
         let line = csv(&summary).lines().nth(4).unwrap().to_owned();
         assert!(!line.contains(&rmse.to_string()), "{line}");
+    }
+
+    #[test]
+    fn an_order_that_may_be_none_is_not_told_as_one() {
+        let order = |low| Order {
+            order: 0.5,
+            low,
+            high: 1.0,
+            constant: 1.0,
+            points: 5,
+        };
+        let told = order_line(Knob::Spp, &order(0.1));
+        assert_eq!(told, "RMSE falls as N^-0.50 (95 %: 0.10 to 1.00, 5 points)");
+        assert!(order_line(Knob::Spp, &order(-0.1)).contains("no order"));
     }
 
     #[test]

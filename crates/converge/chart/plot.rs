@@ -333,7 +333,8 @@ fn draw_guides<B: DrawingBackend>(
 ) -> Result<(), ChartError> {
     let ladders = summary.ladders.iter();
     for ladder in ladders.filter(|ladder| ladder.knob == Knob::Spp) {
-        if let Some(order) = &ladder.order {
+        // What may as well rise as fall has no order to show.
+        if let Some(order) = ladder.order.as_ref().filter(|order| order.low > 0.0) {
             draw_guide(canvas, frame, (ladder, order), shown, page)?;
         }
     }
