@@ -157,7 +157,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up what the journal has of the sweep. CPU time is only compared where every point has it.
+    /// Sums up what the journal has of the sweep. CPU time is only compared where every point has it, and more than the kernel's
+    /// clock can miss.
     #[must_use]
     pub fn new(
         subject: Subject,
@@ -171,7 +172,8 @@ impl Summary {
             .iter()
             .filter_map(|setting| point(setting, journal, references))
             .collect();
-        let all_have_cpu = points.iter().all(|point| point.cpu_s.is_some());
+        let has_cpu = |point: &Point| point.cpu_s.is_some_and(|cpu| cpu.least > 0.0);
+        let all_have_cpu = points.iter().all(has_cpu);
         let clock = if all_have_cpu { wanted } else { Clock::Wall };
         let ladders = sweep.ladders.iter().map(|ladder| {
             let place =
