@@ -100,7 +100,7 @@ pub struct OutputArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
-    /// Pixels across and down [default: as many as 960x720, in the camera's proportions].
+    /// Pixels across and down [default: as many as 960x720, to converge 160x120, in the camera's proportions].
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
 

@@ -17,7 +17,7 @@ const ERRORS: [(&str, Metric); 6] = [
     ("FLIP", Metric::FlipMean),
 ];
 
-/// For a terminal some 120 columns wide: a block for each ladder, then what follows from them.
+/// For a terminal some 150 columns wide: a block for each ladder, then what follows from them.
 #[must_use]
 pub fn table(summary: &Summary) -> String {
     let mut text = String::new();
@@ -45,7 +45,7 @@ pub fn table(summary: &Summary) -> String {
 
 fn heading(knob: Knob, fixed: &str, summary: &Summary) -> String {
     let mut line = format!(
-        "{:<16}{:<24}{:<24}{:>8}",
+        "{:<16}{:<30}{:<30}{:>8}",
         knob.title(),
         "CPU s",
         "wall s",
@@ -78,7 +78,7 @@ fn row(summary: &Summary, knob: Knob, index: usize) -> String {
         .any(|truth| truth.front.contains(&index));
     let mark = if on_front { '*' } else { ' ' };
     let mut line = format!(
-        "{mark} {:<14}{:<24}{:<24}{:>8.3}",
+        "{mark} {:<14}{:<30}{:<30}{:>8.3}",
         knob.value_of(&point.setting),
         told(point.cpu_s),
         told(point.wall_s),
