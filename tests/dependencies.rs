@@ -19,6 +19,10 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
         &["wgpu", "naga", "raytree-scene", "raytree-gpu"],
     ),
     ("raytree-assets", &["wgpu", "naga", "raytree-scene"]),
+    (
+        "raytree-converge",
+        &["wgpu", "naga", "raytree-scene", "raytree-gpu"],
+    ),
 ];
 
 /// The names of everything that `package` depends on, and its own.

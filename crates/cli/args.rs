@@ -8,6 +8,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
 use raytree::{Background, BitDepth, Preset, Region, Shading, Tolerance, ToneMap};
 
+use crate::converge::ConvergeArgs;
 use crate::values::{self, CameraChoice, OutlierLimit, Size};
 
 /// Renders glTF scenes by a deterministic, noise-free Whitted ray tree on any Vulkan device, by default the CPU.
@@ -42,6 +43,9 @@ pub enum Command {
     Inspect(InspectArgs),
     /// Measure how much two pictures differ; fails if that is more than the limits given.
     Compare(CompareArgs),
+    /// Measure error against run time over a sweep of settings: table, CSV, JSON and a diagram.
+    #[command(after_help = EXIT_CODES)]
+    Converge(Box<ConvergeArgs>),
     /// Run the suite of stiff and extreme cases, each judged by an answer on paper or by the f64 oracle; fails if a case does.
     #[command(after_help = EXIT_CODES)]
     Stress(StressArgs),
@@ -97,7 +101,7 @@ pub struct OutputArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
-    /// Pixels across and down [default: as many as 960x720, in the camera's proportions].
+    /// Pixels across and down [default: as many as 960x720, to converge 160x120, in the camera's proportions].
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
 

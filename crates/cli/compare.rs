@@ -94,6 +94,7 @@ fn as_json(comparison: &Comparison) -> Value {
     json!({
         "pixels": comparison.pixels,
         "rmse": comparison.rmse,
+        "relative_mse": comparison.relative_mse,
         "mean_abs": comparison.mean_abs,
         "max_abs": comparison.max_abs,
         "p99_abs": comparison.p99_abs,
@@ -114,6 +115,7 @@ fn as_text(comparison: &Comparison) -> String {
     row("pixels", &comparison.pixels.to_string());
     row("mean", &number(comparison.mean_abs));
     row("rmse", &number(comparison.rmse));
+    row("relative mse", &number(comparison.relative_mse));
     row("99th percentile", &number(comparison.p99_abs));
     row("max", &number(comparison.max_abs));
     row("max alpha", &number(comparison.max_alpha));

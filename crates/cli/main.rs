@@ -4,6 +4,7 @@ mod args;
 mod cancel;
 mod compare;
 mod console;
+mod converge;
 mod describe;
 mod devices;
 mod failure;
@@ -49,6 +50,7 @@ fn run(command: &Command, console: Console) -> anyhow::Result<()> {
         Command::Render(args) => render::run(args, console),
         Command::Inspect(args) => inspect::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Converge(args) => converge::run(args, console),
         Command::Stress(args) => stress::run(args, console),
         Command::Devices(args) => devices::run(args),
     }

@@ -1,5 +1,6 @@
 //! The progress bar, on a terminal's stderr.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -22,7 +23,7 @@ impl Progress {
     }
 
     /// Something that takes as long as it takes.
-    pub fn stage(&self, name: &'static str) {
+    pub fn stage(&self, name: impl Into<Cow<'static, str>>) {
         if let Some(bar) = &self.0 {
             bar.set_message(name);
         }
@@ -41,9 +42,16 @@ impl Progress {
         let Some(bar) = &self.0 else { return };
         if bar.length().is_none() {
             bar.set_message("rendering");
-            bar.set_style(style("{msg} [{bar:40}] {percent:>3}%  {eta} left"));
-            bar.set_length(STEPS);
-            bar.reset_eta();
+            show_share(bar);
+        }
+        bar.set_position((share * STEPS as f64) as u64);
+    }
+
+    /// How much of all that is to be done is done, 0 to 1, whatever the stage is called.
+    pub fn done(&self, share: f64) {
+        let Some(bar) = &self.0 else { return };
+        if bar.length().is_none() {
+            show_share(bar);
         }
         bar.set_position((share * STEPS as f64) as u64);
     }
@@ -55,6 +63,12 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+fn show_share(bar: &ProgressBar) {
+    bar.set_style(style("{msg} [{bar:40}] {percent:>3}%  {eta} left"));
+    bar.set_length(STEPS);
+    bar.reset_eta();
 }
 
 fn style(template: &str) -> ProgressStyle {

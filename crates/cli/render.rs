@@ -160,7 +160,7 @@ fn controlled(
 }
 
 /// Only a signal makes the observer say stop.
-fn as_interruption(error: RenderError) -> anyhow::Error {
+pub fn as_interruption(error: RenderError) -> anyhow::Error {
     match error {
         RenderError::Cancelled => Interrupted.into(),
         error => error.into(),

@@ -2,12 +2,7 @@
 //! not crowd ours out, and so that it is known which programs are in it. Mesa's files don't say how wide the vectors are that
 //! they were compiled for (`LP_NATIVE_VECTOR_WIDTH`): programs of 4 lanes that are read back for 8 give wrong pictures.
 
-use std::{
-    env,
-    ffi::OsString,
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{env, ffi::OsString, fs, path::PathBuf};
 
 /// What decides where the cache is.
 #[derive(Default)]
@@ -51,19 +46,30 @@ fn folder(found: &Environment) -> Option<PathBuf> {
     if found.chosen.is_some() {
         return None;
     }
-    // The XDG Base Directory Specification: a path that is not absolute counts as none.
-    let cache_home = found.cache_home.as_ref().map(PathBuf::from);
-    let caches = cache_home.filter(|path| path.is_absolute()).or_else(|| {
-        let home = found.home.as_ref().map(Path::new);
-        home.filter(|home| home.is_absolute())
-            .map(|home| home.join(".cache"))
-    })?;
+    let ours = own_caches(found.cache_home.as_ref(), found.home.as_ref())?;
     let mut name = OsString::from("shaders");
     if let Some(width) = &found.vector_width {
         name.push("-");
         name.push(width);
     }
-    Some(caches.join("raytree").join(name))
+    Some(ours.join(name))
+}
+
+/// The folder of all that this program caches, if the user has one.
+pub fn own_cache_folder() -> Option<PathBuf> {
+    own_caches(
+        env::var_os("XDG_CACHE_HOME").as_ref(),
+        env::var_os("HOME").as_ref(),
+    )
+}
+
+/// The XDG Base Directory Specification: a path that is not absolute counts as none.
+fn own_caches(cache_home: Option<&OsString>, home: Option<&OsString>) -> Option<PathBuf> {
+    let absolute = |path: &OsString| Some(PathBuf::from(path)).filter(|path| path.is_absolute());
+    let caches = cache_home
+        .and_then(absolute)
+        .or_else(|| home.and_then(absolute).map(|home| home.join(".cache")))?;
+    Some(caches.join("raytree"))
 }
 
 #[cfg(test)]

@@ -37,6 +37,10 @@ pub struct Comparison {
     pub pixels: usize,
     /// Root of the mean squared difference over all pixels and channels.
     pub rmse: f64,
+    /// Relative mean squared difference, the mean over all pixels and channels of `(a - b)^2 / (a^2 + 0.01)` with `a` what is
+    /// expected: what is off by a tenth counts alike in light and in shade (as in Rousselle, Knaus and Zwicker 2011), and the
+    /// 0.01 keeps black from counting for infinitely much.
+    pub relative_mse: f64,
     /// Mean absolute difference over all pixels and channels.
     pub mean_abs: f64,
     /// The largest absolute difference of any channel of any pixel.
@@ -88,7 +92,10 @@ pub enum CompareError {
 /// More would overflow the 32-bit sizes inside of FLIP, which keeps three floats for each pixel.
 const MOST_FLIP_PIXELS: usize = i32::MAX as usize / 12;
 
-/// Measures how `actual` differs from `expected`; all but FLIP is symmetric.
+/// Added to squared radiance before it divides, see [`Comparison::relative_mse`].
+const RELATIVE_FLOOR: f64 = 0.01;
+
+/// Measures how `actual` differs from `expected`; all but FLIP and the relative mean square is symmetric.
 ///
 /// # Errors
 ///
@@ -103,7 +110,7 @@ pub fn compare(
     let pairs = || expected.rgb.iter().zip(&actual.rgb);
     // The largest channel's difference of each pixel; `None` where it is no number.
     let mut largest: Vec<Option<f64>> = Vec::with_capacity(pixels);
-    let (mut sum, mut squares) = (0.0, 0.0);
+    let (mut sum, mut squares, mut relative_squares) = (0.0, 0.0, 0.0);
     for (a, b) in pairs() {
         if !a.iter().chain(b).all(|c| c.is_finite()) {
             largest.push(None);
@@ -112,6 +119,7 @@ pub fn compare(
         let differences = channel_differences(*a, *b, options.clip);
         sum += differences.iter().sum::<f64>();
         squares += differences.iter().map(|d| d * d).sum::<f64>();
+        relative_squares += relative_squares_of(*a, differences, options.clip);
         largest.push(Some(differences.into_iter().fold(0.0, f64::max)));
     }
     let share = |count: usize| count as f64 / pixels as f64;
@@ -131,6 +139,7 @@ pub fn compare(
     Ok(Comparison {
         pixels,
         rmse: (squares / channels).sqrt(),
+        relative_mse: relative_squares / channels,
         mean_abs: sum / channels,
         max_abs: finite.iter().copied().fold(0.0, f64::max),
         p99_abs: percentile_99(&mut finite),
@@ -158,10 +167,26 @@ pub(crate) fn same_size(expected: &Picture, actual: &Picture) -> Result<(), Comp
     Ok(())
 }
 
+/// Sum over the channels of the squared difference over what is expected, squared.
+fn relative_squares_of(expected: [f32; 3], differences: [f64; 3], clip: bool) -> f64 {
+    let relative = |c: usize| {
+        let value = channel_value(expected[c], clip);
+        differences[c] * differences[c] / (value * value + RELATIVE_FLOOR)
+    };
+    (0..3).map(relative).sum()
+}
+
 /// Absolute differences of finite colours, in f64 so that the sums over a picture keep their digits.
 pub(crate) fn channel_differences(a: [f32; 3], b: [f32; 3], clip: bool) -> [f64; 3] {
-    let value = |c: f32| f64::from(if clip { c.clamp(0.0, 1.0) } else { c });
-    [0, 1, 2].map(|c| (value(a[c]) - value(b[c])).abs())
+    [0, 1, 2].map(|c| (channel_value(a[c], clip) - channel_value(b[c], clip)).abs())
+}
+
+fn channel_value(channel: f32, clip: bool) -> f64 {
+    f64::from(if clip {
+        channel.clamp(0.0, 1.0)
+    } else {
+        channel
+    })
 }
 
 /// Nearest rank: the `ceil(0.99 n)`th smallest of `n` values.

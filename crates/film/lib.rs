@@ -26,4 +26,5 @@ pub use progressive::progressive_pattern;
 pub use read::{Picture, Rect};
 pub use sampling::{FILTER_RADIUS, ReconstructionFilter, filtered_pattern, sample_pattern};
 pub use tone::{ToneMap, quantise_u8, quantise_u16, srgb_decode, srgb_encode};
+pub use whole_file::write_whole;
 pub use write::{BitDepth, Format, WriteOptions};

@@ -12,7 +12,11 @@ const MOST_LINKS: usize = 40;
 ///
 /// A symbolic link stays, and what it points to is replaced. A replaced file keeps its permissions, a new one gets the usual
 /// ones. What is no regular file (`/dev/null`, a pipe) is written into directly.
-pub(crate) fn write_whole(
+///
+/// # Errors
+///
+/// The system's, or what `fill` returned.
+pub fn write_whole(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {

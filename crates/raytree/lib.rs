@@ -31,14 +31,16 @@ use glam::Vec3;
 pub use raytree_bvh::{Bvh, BvhError, Preset};
 pub use raytree_film::{
     BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format,
-    Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, srgb_decode,
+    Limits, Picture, ToneMap, WriteOptions, compare, difference_picture, sample_pattern,
+    srgb_decode, write_whole,
 };
-use raytree_gpu::{Ahead, assemble_ahead, render_ahead};
 pub use raytree_gpu::{
-    BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped,
-    ErrorReport, Feature, Kernel, Numerics, ProgramFeatures, Progress, Region, RenderError,
-    RenderSettings, RenderTimes, Rendered, Shading, Tolerance, build_bvh, cost, list_devices,
+    Ahead, BufferCost, Cost, Counters, Device, DeviceChoice, DeviceError, DeviceInfo, Dropped,
+    ErrorReport, Feature, Kernel, Numerics, Prepared, ProgramFeatures, Progress, Region,
+    RenderError, RenderSettings, RenderTimes, Rendered, Shading, Tolerance, build_bvh, cost,
+    list_devices,
 };
+use raytree_gpu::{assemble_ahead, render_ahead};
 pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
     environment::{Environment, EnvironmentError, load_environment},

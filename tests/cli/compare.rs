@@ -16,6 +16,7 @@ fn compare_measures_and_holds_limits() {
     let all = [
         "pixels",
         "rmse",
+        "relative_mse",
         "mean_abs",
         "max_abs",
         "p99_abs",
@@ -42,6 +43,7 @@ fn compare_measures_and_holds_limits() {
     close("max_abs", 0.3);
     close("p99_abs", 0.3);
     close("rmse", (0.09_f64 / 3.0).sqrt());
+    close("relative_mse", 0.09 / 3.0 / (0.25 + 0.01));
     assert_eq!(report["flip_mean"], Value::Null);
     assert_eq!(
         report["outliers"],

@@ -7,6 +7,7 @@ mod support;
 mod harness;
 
 mod compare;
+mod converge;
 mod errors;
 mod inspect;
 mod render;
