@@ -185,7 +185,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub time_budget: Option<Duration>,
 
-    /// Levels of the ray tree below the camera's ray [default: 8; with a tolerance or a time budget 4096].
+    /// Levels of the ray tree below the camera's ray [default: 8; with a tolerance or a time budget 256].
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(0, 65536))]
     pub depth: Option<u32>,
 
@@ -198,9 +198,10 @@ pub struct QualityArgs {
     #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true, value_parser = values::number(0.0, 1.0))]
     pub min_weight: Option<f64>,
 
-    /// The most rays of a sample's tree, shadow rays left out; a tree of half as many is always whole.
-    #[arg(long, value_name = "N", default_value = "65536", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 30))]
-    pub max_rays: u32,
+    /// The most rays of a sample's tree, shadow rays left out; a tree of half as many is always whole [default: 65536; with a tolerance or a
+    /// time budget fewer, 256 for 0.01].
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 30))]
+    pub max_rays: Option<u32>,
 
     /// glTF's model, or eq. 14.32 of Foley et al. as written.
     #[arg(long, value_enum, default_value_t = ShadingChoice::Pbr)]

@@ -19,6 +19,9 @@ use crate::summary;
 use crate::values;
 use crate::view;
 
+/// What a process takes before and after what is timed here.
+const OUTSIDE: Duration = Duration::from_millis(30);
+
 /// All that needs no device is checked before one is opened.
 pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let started = Instant::now();
@@ -120,7 +123,7 @@ fn prepare(args: &RenderArgs, outputs: &Outputs, started: Instant) -> anyhow::Re
         min_weight: quality
             .min_weight
             .map_or(chosen.min_weight, |weight| weight as f32),
-        max_rays: quality.max_rays,
+        max_rays: quality.max_rays.unwrap_or(chosen.max_rays),
         shading: quality.shading.into(),
         aovs: outputs.want_layers(),
         counters: args.counters,
@@ -144,18 +147,21 @@ fn controlled(
 ) -> RenderSettings {
     let deadline = quality.time_budget.map(|budget| {
         let region = settings.visible_region();
-        started + budget.saturating_sub(outputs.time_to_write(region.width, region.height))
+        let after = outputs.time_to_write(region.width, region.height) + OUTSIDE;
+        started + budget.saturating_sub(after)
     });
-    // With time alone for a limit, no error is too small.
-    let tolerance = quality
-        .tolerance
-        .or(deadline.map(|_| Tolerance::absolute(0.0)));
-    match tolerance {
-        Some(tolerance) => RenderSettings {
+    match (quality.tolerance, deadline) {
+        (Some(tolerance), _) => RenderSettings {
             deadline,
             ..settings.to_tolerance(tolerance)
         },
-        None => settings,
+        // With time alone for a limit no error is too small; trees are those of one that may be had.
+        (None, Some(_)) => RenderSettings {
+            tolerance: Some(Tolerance::absolute(0.0)),
+            deadline,
+            ..settings.to_tolerance(Tolerance::absolute(0.01))
+        },
+        (None, None) => settings,
     }
 }
 

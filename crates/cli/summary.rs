@@ -31,12 +31,14 @@ pub fn line(report: &Report<'_>) -> String {
 /// What a picture that was rendered to a tolerance took, and how far it is off.
 fn achieved(error: &ErrorReport, pixels: usize) -> String {
     let mean = error.samples as f64 / pixels.max(1) as f64;
-    let off = format!(
-        "off by {:.2e} at most as estimated (RMSE)",
-        error.estimated_rmse
-    );
+    let off = format!("off by an estimated {:.1e} (RMSE)", error.estimated_rmse);
     let samples = format!("{mean:.1} samples a pixel");
-    format!("{samples}, {off}")
+    let beyond = if error.keeps_tolerance() {
+        ""
+    } else {
+        ", more than asked for"
+    };
+    format!("{samples}, {off}{beyond}")
 }
 
 /// What the picture lacks, if anything, and what to do about it.

@@ -53,7 +53,11 @@ impl Calibration {
 pub(crate) struct Losses {
     said: f64,
     found: f64,
+    /// With anything to find.
     pixels: u64,
+    /// Of all first samples.
+    before: f64,
+    all: u64,
 }
 
 /// Samples that have to have been taken twice before they are believed.
@@ -63,13 +67,20 @@ const ENOUGH_LOSSES: u64 = 8;
 const LOSS_CAUTION: f64 = 2.0;
 
 impl Losses {
-    /// By how much less the second sample of a pixel is said to have lost than the first, and by how much they differ.
-    pub(crate) fn learn(&mut self, said: f32, found: f32) {
+    /// What the first sample of a pixel is said to have lost, by how much less the second, and by how much they differ.
+    pub(crate) fn learn(&mut self, before: f32, said: f32, found: f32) {
+        self.before += f64::from(before).powi(2);
+        self.all += 1;
         if said > 0.0 {
             self.said += f64::from(said).powi(2);
             self.found += f64::from(found).powi(2);
             self.pixels += 1;
         }
+    }
+
+    /// What first samples are said to have lost: root mean square.
+    pub(crate) fn said_before(&self) -> f32 {
+        (self.before / self.all.max(1) as f64).sqrt() as f32
     }
 
     /// What is to be said of losses, of what was said.
@@ -112,7 +123,7 @@ mod tests {
     fn losses_are_what_was_found_of_their_bound() {
         let factor = |found: f32| {
             let mut losses = Losses::default();
-            (0..ENOUGH_LOSSES).for_each(|_| losses.learn(0.1, found));
+            (0..ENOUGH_LOSSES).for_each(|_| losses.learn(0.1, 0.1, found));
             losses.factor()
         };
         assert!((factor(0.01) - 0.2).abs() < 1e-6);

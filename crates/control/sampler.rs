@@ -33,10 +33,8 @@ const MARGIN: f64 = 0.95;
 /// What is known of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// Nothing: a few pixels get a sample.
+    /// Nothing: a few pixels get a sample, and the same again with less left out of it, to see what branches bring.
     Pilot,
-    /// What they are said to have lost at most: they get it again with next to nothing left out, to see what it is.
-    Probe,
     /// What is negligible: all others get theirs.
     First,
     /// Where it is off.
@@ -69,8 +67,6 @@ pub struct Sampler {
     negligible: f32,
     /// What branches bring, of the most that any could.
     branch_scale: f32,
-    /// What pilots are said to have lost, in tolerances.
-    pilot_loss: f32,
 }
 
 impl Sampler {
@@ -94,7 +90,11 @@ impl Sampler {
             sequence,
             pixels: vec![Pixel::default(); count],
             groups: Vec::new(),
-            stage: Stage::Pilot,
+            stage: if branch_bound > 0.0 {
+                Stage::Pilot
+            } else {
+                Stage::First
+            },
             round: Round::default(),
             is_done: false,
             raw_errors: vec![0.0; count],
@@ -105,7 +105,6 @@ impl Sampler {
             negligible: FIRST_GUESS,
             // A guess: what branches bring is what screens show.
             branch_scale: 1.0 / branch_bound.max(1.0),
-            pilot_loss: 0.0,
         };
         sampler.begin_round();
         sampler
@@ -116,6 +115,7 @@ impl Sampler {
     #[must_use]
     pub fn stepwise(mut self) -> Self {
         self.goal = (FIRST_GOAL / self.allowed([0.0; 3])).max(1.0);
+        self.negligible *= self.goal;
         let width = self.width;
         let class = |index: u32| {
             let (x, y) = (index as usize % width, index as usize / width);
@@ -132,6 +132,13 @@ impl Sampler {
 
     /// Up to `most` samples to take next. None: all that were ordered have to come back first, and if they have, the picture is done.
     pub fn next_orders(&mut self, most: usize) -> Vec<Order> {
+        self.decide();
+        self.round.next_orders(most)
+    }
+
+    /// Decides what is taken next, if all that was ordered has come back: some time's work for large pictures, which
+    /// [`Self::next_orders`] else does.
+    pub fn decide(&mut self) {
         while self.round.is_over() && !self.is_done {
             self.end_round();
             self.learn();
@@ -141,7 +148,6 @@ impl Sampler {
                 self.goal = f32::max(0.5 * self.goal, 1.0);
             }
         }
-        self.round.next_orders(most)
     }
 
     /// Takes what has come of an order. Those of a pixel have to come back in their order.
@@ -155,7 +161,7 @@ impl Sampler {
         let (count, ordered) = self.round.progress();
         let left = count as f64 - 0.5 * ordered as f64;
         match self.stage {
-            Stage::Pilot | Stage::Probe => 0.0,
+            Stage::Pilot => 0.0,
             Stage::First | Stage::Refining => 1.0 - left / self.pixels.len().max(1) as f64,
         }
     }
@@ -169,7 +175,7 @@ impl Sampler {
     /// Lights may be left out of these orders too. Not while it is tried what branches bring.
     #[must_use]
     pub fn may_leave_out_lights(&self) -> bool {
-        !matches!(self.stage, Stage::Pilot | Stage::Probe)
+        self.stage != Stage::Pilot
     }
 
     fn allowed(&self, radiance: [f32; 3]) -> f32 {
@@ -197,9 +203,8 @@ impl Sampler {
     /// Chooses the pixels that are refined next.
     fn begin_round(&mut self) {
         self.round = Round::new(match self.stage {
-            Stage::Pilot => self.first_samples(|index| self.is_pilot(index), 1.0),
-            Stage::Probe => self.first_samples(|index| self.pixel(index).lost() > 0.0, PROBE),
-            Stage::First => self.first_samples(|index| self.pixel(index).count == 0, 1.0),
+            Stage::Pilot => self.first_samples(|index| self.is_pilot(index), &[1.0, PROBE]),
+            Stage::First => self.first_samples(|index| self.pixel(index).count == 0, &[1.0]),
             Stage::Refining => self.refinements(),
         });
     }
@@ -219,13 +224,19 @@ impl Sampler {
         (x % step, y % step) == (step / 2, step / 2)
     }
 
-    /// A sample of each pixel that is wanted, with this share of what is negligible.
-    fn first_samples(&self, wanted: impl Fn(u32) -> bool, share: f32) -> Vec<Refinement> {
-        let negligible = Negligible::below(share * self.negligible * self.allowed([0.0; 3]));
+    /// A sample of each pixel that is wanted, with each of these shares of what is negligible, of which the last one counts.
+    fn first_samples(&self, wanted: impl Fn(u32) -> bool, shares: &[f32]) -> Vec<Refinement> {
+        let allowed = self.negligible * self.allowed([0.0; 3]);
+        let each: Vec<_> = shares
+            .iter()
+            .map(|share| Negligible::below(share * allowed))
+            .collect();
         let wanted = self.sequence.iter().filter(|&&index| wanted(index));
-        wanted
-            .map(|&index| Refinement::first(index, negligible))
-            .collect()
+        let samples = |&index: &u32| {
+            let each = each.iter();
+            each.map(move |&negligible| Refinement::first(index, negligible))
+        };
+        wanted.flat_map(samples).collect()
     }
 
     /// Of pixels that all have a sample, those that need more, if the picture does.
@@ -282,14 +293,8 @@ impl Sampler {
         let wanted = LOSS_SHARE * self.goal;
         let lost = match self.stage {
             Stage::Pilot => {
-                self.pilot_loss = self.loss();
-                self.stage = Stage::Probe;
-                return;
-            }
-            Stage::Probe => {
-                self.weigh_branches();
                 self.stage = Stage::First;
-                self.pilot_loss
+                self.weigh_branches()
             }
             Stage::First | Stage::Refining => {
                 self.stage = Stage::Refining;
@@ -299,16 +304,16 @@ impl Sampler {
         self.negligible = (self.negligible * correction(lost, wanted)).min(wanted);
     }
 
-    /// From what pilots and probes differ by: what branches bring.
-    fn weigh_branches(&mut self) {
+    /// From what pilots' samples differ by: what branches bring. What the first of them lost by that, in tolerances: root mean square.
+    fn weigh_branches(&mut self) -> f32 {
         let before = self.branch_scale;
         self.branch_scale = (before * self.losses.factor()).min(1.0);
         let factor = self.branch_scale / before;
-        self.pilot_loss *= factor;
         self.negligible *= factor;
         self.pixels
             .iter_mut()
             .for_each(|pixel| pixel.scale_loss(factor));
+        factor * self.losses.said_before() / self.allowed([0.0; 3])
     }
 
     /// What pixels have lost that have samples, in tolerances: root mean square.
@@ -340,7 +345,7 @@ impl Sampler {
         let (before, lost) = (pixel.radiance(), pixel.lost());
         pixel.retake(&refinement.brought);
         let found = difference(before, pixel.radiance());
-        self.losses.learn(lost - pixel.lost(), found);
+        self.losses.learn(lost, lost - pixel.lost(), found);
     }
 
     fn refine(&mut self, refinement: &Refinement) {

@@ -78,7 +78,7 @@ fn run(mut sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcom
 
 fn sampler(tolerance: f32, most: u32) -> Sampler {
     let all = (0..SIDE * SIDE).collect();
-    Sampler::new((SIDE, SIDE), Tolerance::absolute(tolerance), most, 1.0, all)
+    Sampler::new((SIDE, SIDE), Tolerance::absolute(tolerance), most, 0.0, all)
 }
 
 fn true_rmse(scene: Scene, picture: &[[f32; 4]]) -> f64 {
@@ -200,7 +200,8 @@ fn steps_lead_to_the_tolerance() {
 /// Samples that lose half of what they are allowed, of branches that bring a tenth of the most that they could.
 #[test]
 fn what_branches_bring_is_found_out() {
-    let mut sampler = sampler(0.1, MOST);
+    let all = (0..SIDE * SIDE).collect();
+    let mut sampler = Sampler::new((SIDE, SIDE), Tolerance::absolute(0.1), MOST, 1.0, all);
     loop {
         let orders = sampler.next_orders(100);
         if orders.is_empty() {

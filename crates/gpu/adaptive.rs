@@ -20,8 +20,8 @@ use crate::{
     wavefront::SlotsComing,
 };
 
-/// What is kept of a time limit for ending: adding up what came last, and the film.
-const TO_END: Duration = Duration::from_millis(15);
+/// What is kept of a time limit for ending, for each pixel: what is said of its error, and the film. Measured on two cores.
+const NANOSECONDS_TO_END: u64 = 150;
 
 /// Of the same names in `shaders/tolerance.wgsl`.
 pub(crate) const STORAGE_SHIFT: u32 = 20;
@@ -43,12 +43,15 @@ impl Prepared<'_> {
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Taken, RenderError> {
         let mut sampler = self.sampler(tolerance);
-        let mut pace = Pace::of(self.settings.deadline);
+        let region = self.settings.visible_region();
+        let pixels = u64::from(region.width) * u64::from(region.height);
+        let mut pace = Pace::of(self.settings.deadline, pixels);
         let mut dropped = Dropped::default();
         let mut iterations = 0;
         // Its samples are added up while the device works on the next ones.
         let mut before: Option<Taking> = None;
         loop {
+            sampler.decide();
             let most = pace.affordable(self.plan.slots as usize);
             let orders = if most == 0 {
                 Vec::new()
@@ -86,7 +89,13 @@ impl Prepared<'_> {
     fn sampler(&self, tolerance: Tolerance) -> Sampler {
         let region = self.settings.visible_region();
         let size = (region.width, region.height);
-        let sequence = pixels_by_tile(self.plan.tiling);
+        let tiles = self.plan.tiling.tiles;
+        // Where time may end it, tiles that follow each other lie apart, so that there is something of all of the picture.
+        let stride = match self.settings.deadline {
+            Some(_) => spreading_stride(tiles),
+            None => 1,
+        };
+        let sequence = pixels_by_tile(self.plan.tiling, stride);
         let bound = Vec3::from(self.plan.frame.branch_bound);
         let bound = bound.length() / 3.0_f32.sqrt();
         let most = self.settings.samples;
@@ -169,12 +178,12 @@ impl Prepared<'_> {
     }
 }
 
-/// The window's pixels tile by tile, so that neighbours are taken together.
-fn pixels_by_tile(tiling: Tiling) -> Vec<u32> {
+/// The window's pixels tile by tile, so that neighbours are taken together; `stride` tiles from one to the next.
+fn pixels_by_tile(tiling: Tiling, stride: u32) -> Vec<u32> {
     let all = Batch {
         first_tile: 0,
         tile_count: tiling.tiles,
-        stride: 1,
+        stride,
     };
     (0..tiling.tiles * TILE_PIXELS)
         .filter_map(|slot| tiling.pixel_of_slot(all, slot))
@@ -197,6 +206,7 @@ fn order_of_slot(count: usize, slot: usize) -> usize {
 
 /// How many samples fit into the time that is left.
 struct Pace {
+    /// When the last samples have to be back.
     deadline: Option<Instant>,
     /// Seconds a sample, as of late.
     each: Option<f64>,
@@ -209,9 +219,10 @@ const FIRST_SAMPLES: usize = 4096;
 const FEWEST_SAMPLES: usize = 256;
 
 impl Pace {
-    fn of(deadline: Option<Instant>) -> Self {
+    fn of(deadline: Option<Instant>, pixels: u64) -> Self {
+        let to_end = Duration::from_nanos(NANOSECONDS_TO_END * pixels);
         Self {
-            deadline,
+            deadline: deadline.map(|deadline| deadline.checked_sub(to_end).unwrap_or(deadline)),
             each: None,
         }
     }
@@ -221,7 +232,7 @@ impl Pace {
         let Some(deadline) = self.deadline else {
             return most;
         };
-        let left = deadline.saturating_duration_since(Instant::now() + TO_END);
+        let left = deadline.saturating_duration_since(Instant::now());
         let Some(each) = self.each else {
             return most.min(FIRST_SAMPLES);
         };
@@ -254,8 +265,10 @@ mod tests {
 
     #[test]
     fn every_pixel_comes_once() {
-        let mut pixels = pixels_by_tile(Tiling::new(13, 9));
-        pixels.sort_unstable();
-        assert!(pixels.into_iter().eq(0..13 * 9));
+        for stride in [1, 3] {
+            let mut pixels = pixels_by_tile(Tiling::new(13, 9), stride);
+            pixels.sort_unstable();
+            assert!(pixels.into_iter().eq(0..13 * 9), "{stride}");
+        }
     }
 }

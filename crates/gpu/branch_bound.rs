@@ -34,8 +34,9 @@ const FIT_EXCESS: f64 = 1.05;
 /// Nothing that is computed is larger.
 const LARGEST: f64 = LARGEST_RADIANCE as f64;
 
-/// For each channel; linear radiance.
-pub(crate) fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
+/// For each channel; linear radiance, scene space. Infinite nowhere: 1e30 at most.
+#[must_use]
+pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     let light = Arriving::of(scene);
     let mut bound = light.around;
     let mut at_each_level = DVec3::ZERO;
@@ -294,4 +295,59 @@ fn brightest_highlight(smoothest: f64, roughest: f64) -> f64 {
     }
     let alpha = (smoothest * smoothest).max(LEAST_HIGHLIGHT_ALPHA);
     0.5 / (PI * alpha.powi(3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [DVec3; 3] = [
+        DVec3::ZERO,
+        DVec3::new(2.0, 0.0, 0.0),
+        DVec3::new(0.0, 2.0, 0.0),
+    ];
+
+    fn distance(x: f64, y: f64, z: f64) -> f64 {
+        distance_squared(DVec3::new(x, y, z), CORNERS).sqrt()
+    }
+
+    #[test]
+    fn the_distance_from_a_triangle_is_that_of_its_nearest_point() {
+        assert_eq!(distance(0.5, 0.5, 3.0), 3.0); // its inside
+        assert_eq!(distance(0.5, 0.5, -3.0), 3.0); // .. from behind
+        assert_eq!(distance(1.0, -4.0, 3.0), 5.0); // an edge
+        assert_eq!(distance(5.0, 0.0, 4.0), 5.0); // a corner
+        assert_eq!(distance(0.5, 0.5, 0.0), 0.0);
+        assert!((distance(2.0, 2.0, 0.0) - 2.0_f64.sqrt()).abs() < 1e-15); // the long edge
+    }
+
+    fn sent(diffuse: f64, shining: f64, onward: f64, shares_light: bool) -> Option<f64> {
+        let sent = Sent {
+            diffuse: DVec3::splat(diffuse),
+            shining: DVec3::splat(shining),
+            onward,
+            shares_light,
+        };
+        sent.bound().map(|bound| bound.x)
+    }
+
+    #[test]
+    fn what_is_sent_on_adds_up() {
+        // Matte; a mirror that shows matte things; a dim mirror that shines; glass.
+        assert_eq!(sent(0.7, 0.0, 0.0, true), Some(0.7));
+        assert_eq!(sent(0.7, 0.0, 1.0, true), Some(0.7));
+        assert_eq!(sent(0.0, 1.0, 0.75, true), Some(4.0));
+        assert_eq!(sent(0.0, 0.0, 1.0, false), Some(0.0));
+        // All is mirrored, and more added each time.
+        assert_eq!(sent(0.0, 1.0, 1.0, true), None);
+        assert_eq!(sent(0.0, 0.0, 1.5, false), None);
+    }
+
+    #[test]
+    fn highlights_are_as_bright_as_their_lobe_is_sharp() {
+        assert_eq!(brightest_highlight(0.0, 0.0), 0.0);
+        assert!(brightest_highlight(0.5, 0.5) > 8.0 * brightest_highlight(1.0, 1.0));
+        // A texture that is smooth somewhere counts as smooth as a highlight can be.
+        assert_eq!(brightest_highlight(0.0, 1.0), 0.5 / PI * 1e9);
+    }
 }

@@ -34,6 +34,7 @@ pub mod types;
 
 pub use ahead::Ahead;
 pub use attributes::VertexRecord;
+pub use branch_bound::branch_bound;
 pub use cost::{BufferCost, Cost, cost};
 pub use device::{Device, DeviceChoice, DeviceError, DeviceInfo, list_devices};
 pub use error::RenderError;

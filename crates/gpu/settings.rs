@@ -105,20 +105,30 @@ pub struct RenderSettings {
     pub batch_pixels: u32,
 }
 
+/// Trees that double at every level are few in most pictures, but all other samples wait for them: they may be cut (where their branches
+/// weigh least) at a number of rays that rises as the tolerance falls. What they lose is estimated with the rest. Of `everything` at
+/// 0.01 (160x120) trees of 256, 1,024 and 4,096 rays take 3, 11 and 16 s, and all keep it.
+fn tolerance_rays(tolerance: Tolerance) -> u32 {
+    let error = tolerance.absolute.max(1e-6);
+    (25.6 / error.sqrt()).clamp(64.0, 65_536.0) as u32
+}
+
 impl RenderSettings {
     /// Samples that a pixel takes at most to keep a tolerance, unless there is a reason for another number.
     pub const MOST_SAMPLES: u32 = 4097;
 
-    /// Depth to which branches are followed that matter to a tolerance, unless ..: mirrors of 0.99 need 1,200 levels for 0.001.
-    pub const TOLERANCE_DEPTH: u32 = 4096;
+    /// Depth to which branches are followed that matter to a tolerance, unless ..: a ray that glass has caught weighs the same for ever, and
+    /// all others wait for it. Halls of mirrors need more: those of 0.99 1,200 levels for 0.001.
+    pub const TOLERANCE_DEPTH: u32 = 256;
 
-    /// As [`Self::new`], to a tolerance: what it needs of samples and depth, and no branch ends because of its weight alone.
+    /// As [`Self::new`], to a tolerance: what it needs of samples, depth and rays, and no branch ends because of its weight alone.
     #[must_use]
     pub fn to_tolerance(self, tolerance: Tolerance) -> Self {
         Self {
             samples: Self::MOST_SAMPLES,
             max_depth: Self::TOLERANCE_DEPTH,
             min_weight: 0.0,
+            max_rays: tolerance_rays(tolerance),
             tolerance: Some(tolerance),
             ..self
         }

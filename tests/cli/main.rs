@@ -15,4 +15,5 @@ mod repeat;
 mod shader_cache;
 mod signals;
 mod stress;
+mod tolerance;
 mod view;

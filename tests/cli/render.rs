@@ -142,7 +142,7 @@ fn json_has_the_documented_keys() {
     );
     assert_eq!(
         keys(&counters["ended"]),
-        ["miss", "depth", "weight", "storage", "budget"]
+        ["miss", "depth", "weight", "tolerance", "storage", "budget"]
     );
 
     assert!(report["scene"]["triangles"].as_u64() > Some(10));

@@ -184,7 +184,7 @@ fn base(args: &ConvergeArgs, scene: &Scene) -> anyhow::Result<RenderSettings> {
     Ok(RenderSettings {
         width,
         height,
-        max_rays: args.quality.max_rays,
+        max_rays: args.quality.max_rays.unwrap_or(chosen.max_rays),
         batch_pixels: args.quality.batch.unwrap_or(chosen.batch_pixels),
         ..chosen
     })
