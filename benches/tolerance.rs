@@ -9,7 +9,11 @@
 
 mod support;
 
-use std::{fs, path::PathBuf, time::Instant};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use raytree::{
     Bvh, CompareOptions, Device, Feature, Film, Picture, Preset, ProgramFeatures, RenderSettings,
@@ -18,9 +22,9 @@ use raytree::{
 use support::{
     Effort,
     findings::{Bar, Findings},
-    frames::{prepared, rendered},
+    frames::{Subject, prepared, rendered},
     summary::Spread,
-    turns::Turn,
+    turns::{Sides, Turn},
 };
 
 const SIZE: (u32, u32) = (128, 96);
@@ -60,6 +64,9 @@ const OTHERS: [&str; 10] = [
 /// Of error, at the same: the mean over our scenes, and any of them.
 const MEAN_BAR: Bar = Bar::AtMost(0.7);
 const WORST_BAR: Bar = Bar::AtMost(1.1);
+
+/// Of a diffuse scene with a sample a pixel, what ordering it may add.
+const DIFFUSE_BAR: Bar = Bar::AtMost(1.03);
 
 /// What both pictures of a reference may take.
 const REFERENCE_SECONDS: f64 = 40.0;
@@ -108,7 +115,27 @@ fn main() {
     if !outcomes.is_empty() {
         tell(&outcomes, &mut findings);
     }
+    if support::wanted("tolerance/diffuse") {
+        findings.compare("tolerance/diffuse", &diffuse(&device, effort), DIFFUSE_BAR);
+    }
     findings.finish();
+}
+
+/// A sample of each pixel, because that is enough for the tolerance, against a sample of each pixel.
+///
+/// # Panics
+/// If the pictures differ.
+fn diffuse(device: &Device, effort: Effort) -> Sides {
+    let subject = Subject::of_file("cornell.glb", 512);
+    let one = Tolerance::absolute(1e3);
+    let settings = RenderSettings {
+        samples: 1,
+        ..subject.settings.clone().to_tolerance(one)
+    };
+    let ours = subject.prepared(device, &settings);
+    let theirs = subject.prepared(device, &subject.settings);
+    let render = |ready| rendered(ready).0;
+    Sides::in_turn(effort.rounds(), || render(&ours), || render(&theirs))
 }
 
 /// Name, file, and whether it is ours.
@@ -172,7 +199,7 @@ fn rmse(expected: &Picture, actual: &Picture) -> f64 {
 }
 
 impl Judged {
-    fn new(device: &Device, name: String, path: &PathBuf, is_ours: bool, effort: Effort) -> Self {
+    fn new(device: &Device, name: String, path: &Path, is_ours: bool, effort: Effort) -> Self {
         let mut scene = raytree::import(path).unwrap_or_else(|error| panic!("{error}"));
         raytree::light_if_dark(&mut scene);
         let bvh =

@@ -38,7 +38,7 @@ pub(crate) fn threshold(
     let mut remaining = 0.0;
     for (candidate, is_final) in candidates {
         let square = f64::from(candidate.square);
-        if is_final || !(candidate.worth() > 0.0) {
+        if is_final || candidate.worth() <= 0.0 || candidate.worth().is_nan() {
             remaining += square;
             continue;
         }

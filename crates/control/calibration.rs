@@ -85,7 +85,7 @@ impl Losses {
 
     /// What is to be said of losses, of what was said.
     pub(crate) fn factor(&self) -> f32 {
-        if self.pixels < ENOUGH_LOSSES || !(self.said > 0.0) {
+        if self.pixels < ENOUGH_LOSSES || self.said <= 0.0 {
             return LOSS_CAUTION as f32;
         }
         (LOSS_CAUTION * (self.found / self.said).sqrt()) as f32

@@ -92,6 +92,14 @@ impl Pixel {
         self.add(brought);
     }
 
+    /// Takes its first sample.
+    pub(crate) fn add_sample(&mut self, sampled: Sampled) {
+        self.sum = sampled.radiance.map(f64::from);
+        self.lost = f64::from(sampled.lost);
+        self.rays = sampled.rays;
+        self.count = 1;
+    }
+
     /// Adds what a round has brought.
     pub(crate) fn add(&mut self, brought: &Brought) {
         for (sum, more) in self.sum.iter_mut().zip(brought.sum) {

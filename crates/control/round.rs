@@ -16,6 +16,9 @@ pub struct Order {
     place: u32,
 }
 
+/// The place of orders that no refinement is behind.
+const SINGLE: u32 = u32::MAX;
+
 /// A pixel that goes from one level to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Refinement {
@@ -45,10 +48,13 @@ impl Refinement {
     }
 }
 
-/// The refinements of a round, ordered one after the other.
+/// What a round takes, ordered one after the other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Round {
     refinements: Vec<Refinement>,
+    /// Instead of these: pixels that get their only sample, of which nothing has to be kept until all have theirs.
+    singles: Vec<u32>,
+    negligible: Negligible,
     /// The one that is ordered next, and its next sample.
     place: usize,
     sample: u32,
@@ -66,21 +72,53 @@ impl Round {
         }
     }
 
+    /// A sample of each of these pixels, which have none.
+    pub(crate) fn of_singles(singles: Vec<u32>, negligible: Negligible) -> Self {
+        Self {
+            singles,
+            negligible,
+            ..Self::default()
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.refinements.len() + self.singles.len()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
-        self.refinements.is_empty()
+        self.len() == 0
     }
 
     /// All was ordered and has come back.
     pub(crate) fn is_over(&self) -> bool {
-        self.place >= self.refinements.len() && self.open == 0
+        self.place >= self.len() && self.open == 0
     }
 
-    /// Refinements in it, and how many of them were ordered.
+    /// Pixels in it, and how many of them were ordered.
     pub(crate) fn progress(&self) -> (usize, usize) {
-        (self.refinements.len(), self.place)
+        (self.len(), self.place)
+    }
+
+    fn next_singles(&mut self, most: usize) -> Vec<Order> {
+        let left = &self.singles[self.place..];
+        let taken = &left[..most.min(left.len())];
+        let orders = taken.iter().map(|&pixel| Order {
+            pixel,
+            sample: 0,
+            negligible: self.negligible,
+            place: SINGLE,
+        });
+        let orders: Vec<Order> = orders.collect();
+        self.place += orders.len();
+        orders
     }
 
     pub(crate) fn next_orders(&mut self, most: usize) -> Vec<Order> {
+        if !self.singles.is_empty() {
+            let orders = self.next_singles(most);
+            self.open += orders.len() as u64;
+            return orders;
+        }
         let mut orders = Vec::new();
         while orders.len() < most {
             let Some(refinement) = self.refinements.get(self.place) else {
@@ -102,12 +140,19 @@ impl Round {
         orders
     }
 
-    pub(crate) fn take(&mut self, order: &Order, sampled: Sampled) {
+    /// Keeps what has come of an order until the round ends; gives back what need not be kept.
+    #[must_use]
+    pub(crate) fn take(&mut self, order: &Order, sampled: Sampled) -> Option<Sampled> {
+        if order.place == SINGLE {
+            self.open -= 1;
+            return Some(sampled);
+        }
         let refinement = &mut self.refinements[order.place as usize];
         refinement
             .brought
             .take(refinement.level, order.sample, sampled);
         self.open -= 1;
+        None
     }
 
     pub(crate) fn into_refinements(self) -> Vec<Refinement> {

@@ -152,7 +152,9 @@ impl Sampler {
 
     /// Takes what has come of an order. Those of a pixel have to come back in their order.
     pub fn take(&mut self, order: &Order, sampled: Sampled) {
-        self.round.take(order, sampled);
+        if let Some(only) = self.round.take(order, sampled) {
+            self.pixels[order.pixel as usize].add_sample(only);
+        }
     }
 
     /// How many pixels of all are finished, as far as is known: 0 to 1.
@@ -202,11 +204,11 @@ impl Sampler {
 
     /// Chooses the pixels that are refined next.
     fn begin_round(&mut self) {
-        self.round = Round::new(match self.stage {
-            Stage::Pilot => self.first_samples(|index| self.is_pilot(index), &[1.0, PROBE]),
-            Stage::First => self.first_samples(|index| self.pixel(index).count == 0, &[1.0]),
-            Stage::Refining => self.refinements(),
-        });
+        self.round = match self.stage {
+            Stage::Pilot => Round::new(self.pilots()),
+            Stage::First => self.all_others(),
+            Stage::Refining => Round::new(self.refinements()),
+        };
     }
 
     fn pixel(&self, index: u32) -> &Pixel {
@@ -224,19 +226,23 @@ impl Sampler {
         (x % step, y % step) == (step / 2, step / 2)
     }
 
-    /// A sample of each pixel that is wanted, with each of these shares of what is negligible, of which the last one counts.
-    fn first_samples(&self, wanted: impl Fn(u32) -> bool, shares: &[f32]) -> Vec<Refinement> {
+    /// A sample of each pilot, and the same again with less left out, which counts.
+    fn pilots(&self) -> Vec<Refinement> {
         let allowed = self.negligible * self.allowed([0.0; 3]);
-        let each: Vec<_> = shares
-            .iter()
-            .map(|share| Negligible::below(share * allowed))
-            .collect();
-        let wanted = self.sequence.iter().filter(|&&index| wanted(index));
-        let samples = |&index: &u32| {
-            let each = each.iter();
-            each.map(move |&negligible| Refinement::first(index, negligible))
-        };
-        wanted.flat_map(samples).collect()
+        let each = [1.0, PROBE].map(|share| Negligible::below(share * allowed));
+        let pilots = self.sequence.iter().filter(|&&index| self.is_pilot(index));
+        let samples = |&index: &u32| each.map(|negligible| Refinement::first(index, negligible));
+        pilots.flat_map(samples).collect()
+    }
+
+    /// A sample of each pixel that has none.
+    fn all_others(&self) -> Round {
+        let negligible = Negligible::below(self.negligible * self.allowed([0.0; 3]));
+        let without = |index: &u32| self.pixel(*index).count == 0;
+        Round::of_singles(
+            self.sequence.iter().copied().filter(without).collect(),
+            negligible,
+        )
     }
 
     /// Of pixels that all have a sample, those that need more, if the picture does.
@@ -336,7 +342,9 @@ impl Sampler {
                 _ => self.refine(&refinement),
             }
         }
-        self.estimate();
+        if self.stage != Stage::Pilot {
+            self.estimate();
+        }
     }
 
     /// Puts a sample in the place of a pixel's only one.
@@ -389,7 +397,7 @@ impl Sampler {
 
     /// Ends sampling, with what there is: mean radiance and alpha of each pixel.
     pub fn finish(&mut self) -> Vec<[f32; 4]> {
-        if !self.round.is_empty() {
+        if !self.is_done {
             self.end_round();
         }
         let mut means: Vec<_> = self.pixels.iter().map(Pixel::mean).collect();

@@ -108,7 +108,6 @@ fn the_tolerance_is_kept_and_the_estimate_is_above_the_error() {
                 picture, report, ..
             } = run(sampler(tolerance, MOST), scene, 1000, u64::MAX);
             let error = true_rmse(scene, &picture);
-            println!("{name} {tolerance}: {error:.5}, {report:?}");
             assert!(report.keeps_tolerance(), "{name} {tolerance}: {report:?}");
             assert!(error <= f64::from(tolerance), "{name} {tolerance}: {error}");
             let effectivity = report.estimated_rmse / error;

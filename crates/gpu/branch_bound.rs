@@ -17,7 +17,9 @@ use rayon::prelude::*;
 use raytree_scene::{
     environment::EquirectMap,
     features::{may_bound_solid, transmits},
-    model::{Background, Light, LightKind, Material, Scene, Triangle, WhittedCoefficients},
+    model::{
+        AlphaMode, Background, Light, LightKind, Material, Scene, Triangle, WhittedCoefficients,
+    },
 };
 
 use crate::{
@@ -34,13 +36,14 @@ const FIT_EXCESS: f64 = 1.05;
 /// Nothing that is computed is larger.
 const LARGEST: f64 = LARGEST_RADIANCE as f64;
 
-/// For each channel; linear radiance, scene space. Infinite nowhere: 1e30 at most.
+/// For each channel; linear radiance, scene space. Infinite nowhere: 1e30 at most; 0 where no surface spawns rays.
 #[must_use]
 pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     let light = Arriving::of(scene);
     let mut bound = light.around;
     let mut at_each_level = DVec3::ZERO;
     let mut gain = 1.0_f64;
+    let mut spawns = false;
     let mut used = vec![false; scene.materials.len()];
     for triangle in &scene.geometry.triangles {
         used[triangle.material as usize] = true;
@@ -51,6 +54,7 @@ pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
             Shading::Pbr => Sent::pbr(scene, material, &light),
             Shading::Whitted => Sent::whitted(material, &light),
         };
+        spawns |= sent.onward > 0.0 || material.alpha_mode == AlphaMode::Blend;
         match sent.bound() {
             Some(own) => bound = bound.max(own),
             None => {
@@ -58,6 +62,9 @@ pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
                 gain = gain.max(sent.onward);
             }
         }
+    }
+    if !spawns {
+        return Vec3::ZERO;
     }
     let levels = i32::try_from(settings.max_depth).unwrap_or(i32::MAX);
     let chain: f64 = (0..=levels).map(|level| gain.powi(level)).sum();

@@ -451,7 +451,7 @@ impl Plan {
         if features.has(Feature::Solids) {
             frame.camera_media = camera_media(scene, settings.shading, &settings.camera);
         }
-        if features.has(Feature::Tolerance) && features.has(Feature::Branches) {
+        if features.has(Feature::Tolerance) {
             frame.branch_bound = branch_bound(scene, settings).to_array();
         }
         let rotation = scene
