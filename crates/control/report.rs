@@ -1,6 +1,6 @@
 //! What was achieved.
 
-use crate::standing::{Standing, root_mean_square};
+use crate::standing::Standing;
 
 /// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,32 +35,28 @@ impl ErrorReport {
 
     /// Of a picture's pixels; branches were weighed with `branch_scale` of the most that they could bring.
     pub(crate) fn of(standings: &[Standing], branch_scale: f32) -> Self {
-        let over = |of: &dyn Fn(&Standing) -> f32| root_mean_square(standings.iter().map(of));
-        let lost_rmse = over(&|standing| standing.lost * standing.allowed);
-        let largest = standings
-            .iter()
-            .map(|standing| standing.total() * standing.allowed)
-            .fold(0.0, f32::max);
+        let mut report = Self::default();
+        let mut sums = [0.0; 4];
+        for standing in standings {
+            let parts = [standing.total(), standing.lost, standing.error];
+            let [total, lost, error] = parts.map(|part| f64::from(part * standing.allowed));
+            let squares = [total, lost, error, f64::from(standing.total())].map(|part| part * part);
+            sums.iter_mut()
+                .zip(squares)
+                .for_each(|(sum, square)| *sum += square);
+            report.largest = report.largest.max(total);
+            report.samples += u64::from(standing.samples);
+            report.most_samples = report.most_samples.max(standing.samples);
+            report.unsampled += u64::from(standing.samples == 0);
+        }
+        let root = |sum: f64| (sum / standings.len().max(1) as f64).sqrt();
         Self {
-            estimated_rmse: over(&|standing| standing.total() * standing.allowed),
-            lost_rmse,
-            lost_bound_rmse: lost_rmse / f64::from(branch_scale),
-            sampling_rmse: over(&|standing| standing.error * standing.allowed),
-            largest: f64::from(largest),
-            in_tolerances: over(&|standing| standing.total()),
-            samples: standings
-                .iter()
-                .map(|standing| u64::from(standing.samples))
-                .sum(),
-            most_samples: standings
-                .iter()
-                .map(|standing| standing.samples)
-                .max()
-                .unwrap_or(0),
-            unsampled: standings
-                .iter()
-                .filter(|standing| standing.samples == 0)
-                .count() as u64,
+            estimated_rmse: root(sums[0]),
+            lost_rmse: root(sums[1]),
+            lost_bound_rmse: root(sums[1]) / f64::from(branch_scale),
+            sampling_rmse: root(sums[2]),
+            in_tolerances: root(sums[3]),
+            ..report
         }
     }
 }

@@ -59,6 +59,8 @@ pub struct Sampler {
     /// Standard error of each pixel, as of the last round, as it is before and after calibration.
     raw_errors: Vec<f32>,
     errors: Vec<f32>,
+    /// Of each pixel, as of the last round.
+    standings: Vec<Standing>,
     calibration: Calibration,
     losses: Losses,
     /// What the picture may be off by for now, in tolerances: root mean square over its pixels.
@@ -99,6 +101,7 @@ impl Sampler {
             is_done: false,
             raw_errors: vec![0.0; count],
             errors: vec![0.0; count],
+            standings: Vec::new(),
             calibration: Calibration::default(),
             losses: Losses::default(),
             goal: 1.0,
@@ -195,7 +198,7 @@ impl Sampler {
         }
     }
 
-    fn standings(&self) -> Vec<Standing> {
+    fn stand(&self) -> Vec<Standing> {
         let pixels = self.pixels.par_iter().enumerate();
         pixels
             .map(|(index, pixel)| self.standing(index, pixel))
@@ -247,7 +250,7 @@ impl Sampler {
 
     /// Of pixels that all have a sample, those that need more, if the picture does.
     fn refinements(&self) -> Vec<Refinement> {
-        let standings = self.standings();
+        let standings = &self.standings;
         let goal = f64::from(self.goal);
         if root_mean_square(standings.iter().map(|standing| standing.total())) <= goal {
             return Vec::new();
@@ -304,7 +307,7 @@ impl Sampler {
             }
             Stage::First | Stage::Refining => {
                 self.stage = Stage::Refining;
-                self.loss()
+                root_mean_square(self.standings.iter().map(|standing| standing.lost)) as f32
             }
         };
         self.negligible = (self.negligible * correction(lost, wanted)).min(wanted);
@@ -322,13 +325,6 @@ impl Sampler {
         factor * self.losses.said_before() / self.allowed([0.0; 3])
     }
 
-    /// What pixels have lost that have samples, in tolerances: root mean square.
-    fn loss(&self) -> f32 {
-        let pixels = self.pixels.iter().enumerate();
-        let taken = pixels.filter(|(_, pixel)| pixel.count > 0);
-        root_mean_square(taken.map(|(index, pixel)| self.standing(index, pixel).lost)) as f32
-    }
-
     /// Adds what the round has brought, of pixels that have all of it.
     fn end_round(&mut self) {
         let round = std::mem::take(&mut self.round);
@@ -344,6 +340,7 @@ impl Sampler {
         }
         if self.stage != Stage::Pilot {
             self.estimate();
+            self.standings = self.stand();
         }
     }
 
@@ -468,7 +465,7 @@ impl Sampler {
     /// What was achieved.
     #[must_use]
     pub fn report(&self) -> ErrorReport {
-        ErrorReport::of(&self.standings(), self.branch_scale)
+        ErrorReport::of(&self.stand(), self.branch_scale)
     }
 }
 

@@ -28,6 +28,9 @@ pub(crate) const STORAGE_SHIFT: u32 = 20;
 pub(crate) const COMMON_RAYS: u32 = 0xf_ffff;
 pub(crate) const BUDGET_MOST: u32 = 0xff_ffff;
 
+/// Of a workgroup.
+const LANES: usize = TILE_PIXELS as usize;
+
 /// Samples that are taken at once, and come back as slots.
 struct Taking {
     orders: Vec<Order>,
@@ -109,9 +112,10 @@ impl Prepared<'_> {
     /// Hands orders to the device; the frame in which they are carried out.
     fn place(&self, orders: &[Order], sampler: &Sampler) -> Frame {
         let width = self.settings.visible_region().width;
+        let placing = Placing::of(orders.len());
         let words: Vec<[u32; 4]> = (0..orders.len())
             .map(|slot| {
-                let order = orders[order_of_slot(orders.len(), slot)];
+                let order = orders[placing.order_of(slot)];
                 let (x, y) = (order.pixel % width, order.pixel / width);
                 [x, y, order.sample, order.negligible.code()]
             })
@@ -140,10 +144,11 @@ impl Prepared<'_> {
         dropped: &mut Dropped,
     ) -> Result<(), RenderError> {
         let count = taking.orders.len();
+        let placing = Placing::of(count);
         let mut slots = vec![Slot::default(); count];
         taking.slots.each(self.device, |slot, found| {
             if slot < count {
-                slots[order_of_slot(count, slot)] = found;
+                slots[placing.order_of(slot)] = found;
             }
         })?;
         for (order, slot) in taking.orders.iter().zip(slots) {
@@ -191,17 +196,31 @@ fn pixels_by_tile(tiling: Tiling, stride: u32) -> Vec<u32> {
         .collect()
 }
 
-/// Which of `count` orders a slot takes: whole workgroups change places, so that consecutive ones take pixels that lie apart, as
-/// tiles do where there are no orders.
-fn order_of_slot(count: usize, slot: usize) -> usize {
-    let lanes = TILE_PIXELS as usize;
-    let (workgroup, lane) = (slot / lanes, slot % lanes);
-    let whole = count / lanes;
-    if workgroup >= whole {
-        return slot;
+/// Which order a slot takes: whole workgroups change places, so that consecutive ones take pixels that lie apart, as tiles do where
+/// there are no orders.
+#[derive(Clone, Copy)]
+struct Placing {
+    /// Workgroups all of whose slots have orders.
+    whole: usize,
+    stride: usize,
+}
+
+impl Placing {
+    fn of(orders: usize) -> Self {
+        let whole = orders / LANES;
+        Self {
+            whole,
+            stride: spreading_stride(whole as u32) as usize,
+        }
     }
-    let stride = spreading_stride(whole as u32) as usize;
-    workgroup * stride % whole * lanes + lane
+
+    fn order_of(self, slot: usize) -> usize {
+        let (workgroup, lane) = (slot / LANES, slot % LANES);
+        if workgroup >= self.whole {
+            return slot;
+        }
+        workgroup * self.stride % self.whole * LANES + lane
+    }
 }
 
 /// How many samples fit into the time that is left.
@@ -257,7 +276,8 @@ mod tests {
     #[test]
     fn every_order_has_one_slot() {
         for count in [1, 63, 64, 65, 128, 1000, 4096, 10_007] {
-            let mut taken: Vec<usize> = (0..count).map(|slot| order_of_slot(count, slot)).collect();
+            let placing = Placing::of(count);
+            let mut taken: Vec<usize> = (0..count).map(|slot| placing.order_of(slot)).collect();
             taken.sort_unstable();
             assert!(taken.into_iter().eq(0..count), "{count}");
         }
