@@ -408,8 +408,20 @@ struct Outcome {
 }
 
 impl Outcome {
+    /// Without what the reference itself is off by: two errors that know nothing of each other.
+    fn own_error(&self) -> f64 {
+        (self.error.powi(2) - self.uncertainty.powi(2))
+            .max(0.0)
+            .sqrt()
+    }
+
+    /// The reference is good enough to tell.
+    fn is_told(&self) -> bool {
+        self.uncertainty < 0.5 * self.error
+    }
+
     fn effectivity(&self) -> f64 {
-        self.estimated / self.error
+        self.estimated / self.own_error()
     }
 }
 
@@ -425,10 +437,10 @@ impl std::fmt::Display for Outcome {
             ratio,
             ..
         } = self;
-        let told = if self.keeps {
-            ""
-        } else {
-            ", says it is not kept"
+        let told = match (self.is_told(), self.keeps) {
+            (false, _) => ", the reference is too far off to tell",
+            (true, false) => ", says it is not kept",
+            (true, true) => "",
         };
         let beyond = if self.is_beyond {
             ", beyond the best of them"
@@ -448,9 +460,13 @@ impl std::fmt::Display for Outcome {
 }
 
 fn tell(outcomes: &[Outcome], findings: &mut Findings) {
-    let kept = outcomes.iter().filter(|o| o.error <= o.tolerance).count();
+    let outcomes: Vec<&Outcome> = outcomes.iter().filter(|o| o.is_told()).collect();
+    let kept = outcomes
+        .iter()
+        .filter(|o| o.own_error() <= o.tolerance)
+        .count();
     let above = outcomes.iter().filter(|o| o.effectivity() >= 1.0).count();
-    let mean = outcomes.iter().map(Outcome::effectivity).sum::<f64>() / outcomes.len() as f64;
+    let mean = outcomes.iter().map(|o| o.effectivity()).sum::<f64>() / outcomes.len() as f64;
     println!(
         "{} pictures: {kept} within the tolerance, {above} with an estimate above the error, which is x{mean:.2} in the mean",
         outcomes.len()

@@ -92,7 +92,9 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
         print_json(&report.json())?;
     }
     console.say(summary::line(&report));
-    if let Some(warning) = summary::dropped(rendering.dropped) {
+    // What trees were cut off is part of an error that is within the tolerance.
+    let kept = rendering.error.is_some_and(|error| error.keeps_tolerance());
+    if let Some(warning) = summary::dropped(rendering.dropped).filter(|_| !kept) {
         console.say(warning);
     }
     if console.is_verbose() {

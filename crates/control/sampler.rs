@@ -1,6 +1,5 @@
 //! Orders samples until the tolerance is kept.
 
-use rayon::prelude::*;
 use raytree_film::Estimates;
 
 use crate::allocation::threshold;
@@ -199,7 +198,7 @@ impl Sampler {
     }
 
     fn stand(&self) -> Vec<Standing> {
-        let pixels = self.pixels.par_iter().enumerate();
+        let pixels = self.pixels.iter().enumerate();
         pixels
             .map(|(index, pixel)| self.standing(index, pixel))
             .collect()
@@ -274,7 +273,7 @@ impl Sampler {
                 None
             }
         };
-        self.sequence.par_iter().filter_map(chosen).collect()
+        self.sequence.iter().filter_map(chosen).collect()
     }
 
     fn next_level(&self, index: u32, standing: Standing) -> Option<Refinement> {
@@ -369,7 +368,7 @@ impl Sampler {
     }
 
     fn estimate(&mut self) {
-        let means: Vec<_> = self.pixels.par_iter().map(Pixel::radiance).collect();
+        let means: Vec<_> = self.pixels.iter().map(Pixel::radiance).collect();
         let picture = Picture {
             width: self.width,
             height: self.height,
@@ -377,15 +376,15 @@ impl Sampler {
             groups: &self.groups,
             means: &means,
         };
-        let rows = self.raw_errors.par_chunks_mut(self.width.max(1));
+        let rows = self.raw_errors.chunks_mut(self.width.max(1));
         rows.enumerate().for_each(|(y, row)| {
             for (x, error) in row.iter_mut().enumerate() {
                 *error = picture.standard_error(x, y);
             }
         });
         let factors = self.calibration.factors();
-        let pixels = self.raw_errors.par_iter().zip(&self.pixels);
-        let errors = self.errors.par_iter_mut().zip(pixels);
+        let pixels = self.raw_errors.iter().zip(&self.pixels);
+        let errors = self.errors.iter_mut().zip(pixels);
         errors.for_each(|(error, (raw, pixel))| {
             let level = level_of(pixel.count) as usize;
             *error = raw * factors[level.min(factors.len() - 1)];
