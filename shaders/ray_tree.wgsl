@@ -141,6 +141,13 @@ struct Branch {
     allotment: u32, // see WorkItem
 }
 
+// What a ray that would be spawned could bring. One that may see nothing behind what blends makes the pixel transparent, too.
+fn could_bring(branch: Branch, throughput: vec3f) -> f32 {
+    let brought = most_brought(throughput);
+    let shows = branch.straight && frame.background_kind == BACKGROUND_TRANSPARENT;
+    return select(brought, max(brought, max_component(throughput)), shows);
+}
+
 // A ray that would be spawned ends before it begins, and is counted. `largest`: the largest channel of its throughput.
 fn ends_early(parent: WorkItem, branch: Branch, largest: f32) -> bool {
     if (largest < frame.min_weight) {
@@ -175,13 +182,13 @@ fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
         return child;
     }
     if (HAS_TOLERANCE) {
-        if (leave_out(most_brought(throughput), 1.0)) {
+        if (leave_out(could_bring(branch, throughput), 1.0)) {
             return child;
         }
     }
     if (ends_early(parent, branch, largest)) {
         if (HAS_TOLERANCE) {
-            lost += most_brought(throughput);
+            lost += could_bring(branch, throughput);
         }
         return child;
     }
@@ -389,8 +396,8 @@ fn pass_by(item: WorkItem, surface: Surface, crossing: Crossing, hit: Hit) -> Pa
 }
 
 // Which of the rest to put on the stack next: of rays that are spawned the one that weighs most, so that it is traced last. A ray that is
-// traced while others of its surface wait then weighs at most half of what came to the surface: however deep a tree goes, no more
-// wait than powers of two lie between its weights (as with quicksort, the smaller part first).
+// traced while others of its surface wait then weighs at most half of what came to the surface, where a surface sends on no more than
+// comes: however deep a tree goes, no more wait than powers of two lie between its weights (as with quicksort, the smaller part first).
 fn heaviest_first(next: u32, rest: u32, alpha: f32, shading: Shading) -> u32 {
     let weights = vec3f(1.0 - alpha, alpha * max_component(shading.transmitted), alpha * max_component(shading.reflected));
     var chosen = next;

@@ -1,7 +1,7 @@
 // Error control: a slot takes one sample, which its order names, and leaves out what can't matter (Hall and Greenberg 1983, adaptive tree
 // depth). README.md, "Tolerance".
 
-// The most that the sample has lost so far, root mean square over the channels: by what was left out, and by branches that ended for another reason.
+// What the sample may have lost so far, root mean square over the channels: by what was left out, and by branches that ended for another reason.
 var<private> lost: f32;
 
 // What could bring no more than this is left out.

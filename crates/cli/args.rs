@@ -174,10 +174,11 @@ pub struct LightingArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityArgs {
-    /// How far each pixel may be off, in linear radiance (the screen's white is 1) or in percent of its own: every pixel gets the
-    /// samples that it takes, and from ray trees is left out what can't matter.
+    /// How far the picture may be off, root mean square over its pixels, in linear radiance (the screen's white is 1) or in percent of each
+    /// pixel's own: pixels get the samples that it takes, and from ray trees is left out what can't matter.
     ///
-    /// The picture meant is that of endless samples and depth. An .exr has layers of what each pixel is said to be off by.
+    /// The picture meant is that of endless samples and depth. An .exr has layers of what each pixel is said to be off by. --spp, --depth,
+    /// --min-weight and --max-rays are then limits.
     #[arg(long, value_name = "ERROR|PERCENT%", allow_hyphen_values = true, value_parser = values::tolerance)]
     pub tolerance: Option<Tolerance>,
 
@@ -190,7 +191,7 @@ pub struct QualityArgs {
     pub depth: Option<u32>,
 
     /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1]. With a tolerance or a time budget: the most
-    /// of any pixel [default: 4097].
+    /// of any pixel, which has 1, 5, 9, 17, .. of them [default: 4097].
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
     pub spp: Option<u32>,
 

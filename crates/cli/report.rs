@@ -108,7 +108,7 @@ impl Report<'_> {
             "depth": settings.max_depth,
             "spp": settings.samples,
             "min_weight": number(settings.min_weight),
-            "tolerance": settings.tolerance.map(tolerance_json),
+            "tolerance": args.quality.tolerance.map(tolerance_json),
             "time_budget_ms": args.quality.time_budget.map(milliseconds),
             "max_rays": settings.max_rays,
             "shading": spelled(args.quality.shading),

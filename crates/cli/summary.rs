@@ -16,7 +16,11 @@ pub fn line(report: &Report<'_>) -> String {
         .collect();
     let film = &report.rendering.film;
     let samples = match (&report.rendering.error, report.settings.samples) {
-        (Some(error), _) => achieved(error, film.pixel_count()),
+        (Some(error), _) => achieved(
+            error,
+            film.pixel_count(),
+            report.args.quality.tolerance.is_some(),
+        ),
         (None, 1) => "1 sample a pixel".to_owned(),
         (None, n) => format!("{n} samples a pixel"),
     };
@@ -29,11 +33,11 @@ pub fn line(report: &Report<'_>) -> String {
 }
 
 /// What a picture that was rendered to a tolerance took, and how far it is off.
-fn achieved(error: &ErrorReport, pixels: usize) -> String {
+fn achieved(error: &ErrorReport, pixels: usize, asked: bool) -> String {
     let mean = error.samples as f64 / pixels.max(1) as f64;
     let off = format!("off by an estimated {:.1e} (RMSE)", error.estimated_rmse);
     let samples = format!("{mean:.1} samples a pixel");
-    let beyond = if error.keeps_tolerance() {
+    let beyond = if error.keeps_tolerance() || !asked {
         ""
     } else {
         ", more than asked for"

@@ -64,7 +64,11 @@ fn integer_within(text: &str, min: u32, max: u32) -> Result<u32, String> {
 
 /// `0.01`, linear radiance, or `1%` of each pixel's own.
 pub fn tolerance(text: &str) -> Result<Tolerance, String> {
-    let error = |text, most| number_within(text, 0.0, most).map(|error| error as f32);
+    let error = |text, most| {
+        number_within(text, 1e-6, most)
+            .map(|error| error as f32)
+            .map_err(|_| format!("'{text}' is not a number from 0.000001 to {most}"))
+    };
     match text.trim().strip_suffix('%') {
         Some(percent) => error(percent, 1e6).map(|percent| Tolerance::relative(percent / 100.0)),
         None => error(text, 1e6)

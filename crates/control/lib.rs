@@ -1,7 +1,7 @@
 //! Error control: which pixels need more samples for a tolerance to be kept, and by how much each of them is off.
 //!
-//! A pixel's error has two parts. What branches of ray trees were left out because they can't matter is known as a bound, sample by
-//! sample: the renderer says so ([`Sampled::lost`]). What samples miss that lie between them is estimated from those that were
+//! A pixel's error has two parts. What branches of ray trees were left out because they can't matter is said by the
+//! renderer, sample by sample ([`Sampled::lost`]), as a bound that is scaled by what a few samples have shown. What samples miss that lie between them is estimated from those that were
 //! taken, as an ODE solver does from two formulas of a step: see [`estimate`](crate::estimate). A [`Sampler`] orders samples round by
 //! round until both parts fit the tolerance in every pixel.
 //!

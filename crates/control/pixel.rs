@@ -11,7 +11,7 @@
 pub struct Sampled {
     /// Linear radiance and alpha.
     pub radiance: [f32; 4],
-    /// The most that branches which were left out could have added, root mean square over the channels.
+    /// What branches that were left out may have added, root mean square over the channels.
     pub lost: f32,
     /// Rays that it took.
     pub rays: u32,
@@ -72,7 +72,7 @@ impl Pixel {
         [r, g, b]
     }
 
-    /// The most that what was left out could have added to the mean.
+    /// What was left out may have added as much to the mean.
     pub(crate) fn lost(&self) -> f32 {
         (self.lost / f64::from(self.count.max(1))) as f32
     }

@@ -9,7 +9,7 @@ pub struct ErrorReport {
     pub estimated_rmse: f64,
     /// The part that was left out of ray trees.
     pub lost_rmse: f64,
-    /// The most that this part could be, whatever the branches met that were left out.
+    /// .. if all of that were branches, and each had brought the most that any could.
     pub lost_bound_rmse: f64,
     /// The part that lies between samples.
     pub sampling_rmse: f64,

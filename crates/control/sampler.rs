@@ -26,6 +26,15 @@ const PROBE: f32 = 1.0 / 8.0;
 const MOST_LOSS: f32 = 0.8;
 const MOST_RETAKES: u8 = 4;
 
+/// Of what camera rays bring, the least that is said of branches.
+const LEAST_BROUGHT: f32 = 0.25;
+
+/// Of what was negligible for first samples, the least that is later.
+const LEAST_NEGLIGIBLE: f32 = 1.0 / 64.0;
+
+/// What pixels show as long as nothing is known: a dark grey.
+const ASSUMED_RADIANCE: f32 = 0.1;
+
 /// Of the square of what samples may be off by, what is aimed at, so that the last round is not one too few.
 const MARGIN: f64 = 0.95;
 
@@ -66,8 +75,14 @@ pub struct Sampler {
     goal: f32,
     /// What may be left out of samples, in tolerances.
     negligible: f32,
-    /// What branches bring, of the most that any could.
+    /// The least that is to be negligible.
+    least_negligible: f32,
+    /// The most that any branch of a ray tree could bring, root mean square over the channels, linear radiance.
+    branch_bound: f32,
+    /// What branches bring, of that.
     branch_scale: f32,
+    /// What pixels show that have no sample yet: for tolerances that depend on it.
+    assumed: f32,
 }
 
 impl Sampler {
@@ -105,6 +120,9 @@ impl Sampler {
             losses: Losses::default(),
             goal: 1.0,
             negligible: FIRST_GUESS,
+            least_negligible: 0.0,
+            branch_bound,
+            assumed: ASSUMED_RADIANCE,
             // A guess: what branches bring is what screens show.
             branch_scale: 1.0 / branch_bound.max(1.0),
         };
@@ -116,7 +134,7 @@ impl Sampler {
     /// the picture: for who may have to end before it is kept.
     #[must_use]
     pub fn stepwise(mut self) -> Self {
-        self.goal = (FIRST_GOAL / self.allowed([0.0; 3])).max(1.0);
+        self.goal = (FIRST_GOAL / self.first_allowed()).max(1.0);
         self.negligible *= self.goal;
         let width = self.width;
         let class = |index: u32| {
@@ -145,11 +163,17 @@ impl Sampler {
             self.end_round();
             self.learn();
             self.begin_round();
-            if self.round.is_empty() && self.stage == Stage::Refining {
-                self.is_done = self.goal <= 1.0;
+            while self.is_settled() && self.goal > 1.0 {
                 self.goal = f32::max(0.5 * self.goal, 1.0);
+                self.begin_round();
             }
+            self.is_done = self.is_settled();
         }
+    }
+
+    /// All pixels have a sample, and none needs more for the goal.
+    fn is_settled(&self) -> bool {
+        self.stage == Stage::Refining && self.round.is_empty()
     }
 
     /// Takes what has come of an order. Those of a pixel have to come back in their order.
@@ -225,12 +249,13 @@ impl Sampler {
         } else {
             PILOT_STEP
         };
-        (x % step, y % step) == (step / 2, step / 2)
+        let place = |size: usize| (step / 2).min(size - 1);
+        (x % step, y % step) == (place(self.width), place(self.height))
     }
 
     /// A sample of each pilot, and the same again with less left out, which counts.
     fn pilots(&self) -> Vec<Refinement> {
-        let allowed = self.negligible * self.allowed([0.0; 3]);
+        let allowed = self.negligible * self.first_allowed();
         let each = [1.0, PROBE].map(|share| Negligible::below(share * allowed));
         let pilots = self.sequence.iter().filter(|&&index| self.is_pilot(index));
         let samples = |&index: &u32| each.map(|negligible| Refinement::first(index, negligible));
@@ -239,7 +264,7 @@ impl Sampler {
 
     /// A sample of each pixel that has none.
     fn all_others(&self) -> Round {
-        let negligible = Negligible::below(self.negligible * self.allowed([0.0; 3]));
+        let negligible = Negligible::below(self.negligible * self.first_allowed());
         let without = |index: &u32| self.pixel(*index).count == 0;
         Round::of_singles(
             self.sequence.iter().copied().filter(without).collect(),
@@ -265,13 +290,12 @@ impl Sampler {
         let chosen = |&index: &u32| {
             let standing = standings[index as usize];
             let worth = standing.candidate().worth();
-            if threshold.is_some_and(|threshold| worth > threshold) {
-                self.next_level(index, standing)
-            } else if lost > most_lost {
-                self.retake(index, standing)
-            } else {
-                None
-            }
+            let is_wanted = threshold.is_some_and(|threshold| worth > threshold);
+            let refined = is_wanted
+                .then(|| self.next_level(index, standing))
+                .flatten();
+            let retake = || (lost > most_lost).then(|| self.retake(index, standing));
+            refined.or_else(|| retake().flatten())
         };
         self.sequence.iter().filter_map(chosen).collect()
     }
@@ -309,19 +333,55 @@ impl Sampler {
                 root_mean_square(self.standings.iter().map(|standing| standing.lost)) as f32
             }
         };
-        self.negligible = (self.negligible * correction(lost, wanted)).min(wanted);
+        let negligible = self.negligible * correction(lost, wanted);
+        // What trees lose that are cut off does not become less by leaving out less.
+        self.negligible = negligible.max(self.least_negligible).min(wanted);
+        if self.stage == Stage::First {
+            self.least_negligible = LEAST_NEGLIGIBLE * self.negligible;
+        }
     }
 
     /// From what pilots' samples differ by: what branches bring. What the first of them lost by that, in tolerances: root mean square.
     fn weigh_branches(&mut self) -> f32 {
         let before = self.branch_scale;
-        self.branch_scale = (before * self.losses.factor()).min(1.0);
+        let found = before * self.losses.factor();
+        // Branches that weigh much were not left out, so nothing is known of them but what camera rays see.
+        let least = LEAST_BROUGHT * self.brought_to_camera() / self.branch_bound;
+        let scale = found.max(least).min(1.0);
+        self.branch_scale = if scale > 0.0 { scale } else { before };
         let factor = self.branch_scale / before;
         self.negligible *= factor;
         self.pixels
             .iter_mut()
             .for_each(|pixel| pixel.scale_loss(factor));
-        factor * self.losses.said_before() / self.allowed([0.0; 3])
+        let lost = factor * self.losses.said_before() / self.first_allowed();
+        self.assumed = self.dark_radiance();
+        lost
+    }
+
+    /// What camera rays bring: root mean square over the pixels that have a sample.
+    fn brought_to_camera(&self) -> f32 {
+        let taken = self.pixels.iter().filter(|pixel| pixel.count > 0);
+        let radiance = taken.map(Pixel::radiance);
+        root_mean_square(radiance.map(|color| over_channels(|channel| color[channel]))) as f32
+    }
+
+    /// A quarter of the pixels that have a sample are darker, largest channel.
+    fn dark_radiance(&self) -> f32 {
+        let taken = self.pixels.iter().filter(|pixel| pixel.count > 0);
+        let mut found: Vec<f32> = taken
+            .map(|pixel| pixel.radiance().into_iter().fold(0.0, f32::max))
+            .collect();
+        let rank = found.len() / 4;
+        match found.len() {
+            0 => self.assumed,
+            _ => *found.select_nth_unstable_by(rank, f32::total_cmp).1,
+        }
+    }
+
+    /// What a pixel may be off by of which nothing is known yet.
+    fn first_allowed(&self) -> f32 {
+        self.allowed([self.assumed; 3])
     }
 
     /// Adds what the round has brought, of pixels that have all of it.
@@ -348,8 +408,10 @@ impl Sampler {
         let pixel = &mut self.pixels[refinement.pixel as usize];
         let (before, lost) = (pixel.radiance(), pixel.lost());
         pixel.retake(&refinement.brought);
-        let found = difference(before, pixel.radiance());
-        self.losses.learn(lost, lost - pixel.lost(), found);
+        if self.stage == Stage::Pilot {
+            let found = difference(before, pixel.radiance());
+            self.losses.learn(lost, lost - pixel.lost(), found);
+        }
     }
 
     fn refine(&mut self, refinement: &Refinement) {

@@ -9,7 +9,7 @@ pub(crate) const LOSS_SHARE: f32 = 0.5;
 /// error of renderers).
 const LEAST_RADIANCE: f32 = 0.01;
 
-/// How far a picture may be off: the root mean square over its pixels of what each is off by, largest channel, in linear radiance (the
+/// How far a picture may be off: the root mean square over its pixels and channels of what each is off by, in linear radiance (the
 /// display's white is 1). In units of `absolute` plus `relative` times the pixel's own radiance, as ODE solvers have it. At least 0
 /// each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -138,10 +138,10 @@ impl Aovs {
     }
 }
 
-/// How far each pixel is said to be off: linear radiance, largest channel. Both parts together are the estimate.
+/// How far each pixel is said to be off: linear radiance, root mean square over its channels. The squares of both parts add up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
-    /// The most that branches of its ray trees could have added which were left out or cut off: a bound of the mean.
+    /// What branches of its ray trees would have added which were left out or cut off.
     pub dropped: Vec<f32>,
     /// What lies between its samples: standard error of the mean.
     pub sampling: Vec<f32>,

@@ -237,6 +237,9 @@ const FIRST_SAMPLES: usize = 4096;
 /// Fewer are not worth the while.
 const FEWEST_SAMPLES: usize = 256;
 
+/// As many take hardly longer than one.
+const FEW_SAMPLES: usize = 2048;
+
 impl Pace {
     fn of(deadline: Option<Instant>, pixels: u64) -> Self {
         let to_end = Duration::from_nanos(NANOSECONDS_TO_END * pixels);
@@ -265,7 +268,8 @@ impl Pace {
     }
 
     fn took(&mut self, samples: usize, time: Duration) {
-        self.each = Some(time.as_secs_f64() / samples.max(1) as f64);
+        // Of few samples it is the time that any take, however few.
+        self.each = Some(time.as_secs_f64() / samples.max(FEW_SAMPLES) as f64);
     }
 }
 

@@ -51,8 +51,9 @@ pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     let shown = scene.materials.iter().zip(used).filter(|(_, used)| *used);
     for (material, _) in shown {
         let sent = match settings.shading {
+            _ if material.unlit => Sent::unlit(scene, material),
             Shading::Pbr => Sent::pbr(scene, material, &light),
-            Shading::Whitted => Sent::whitted(material, &light),
+            Shading::Whitted => Sent::whitted(scene, material, &light),
         };
         spawns |= sent.onward > 0.0 || material.alpha_mode == AlphaMode::Blend;
         match sent.bound() {
@@ -68,7 +69,7 @@ pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     }
     let levels = i32::try_from(settings.max_depth).unwrap_or(i32::MAX);
     let chain: f64 = (0..=levels).map(|level| gain.powi(level)).sum();
-    let total = bound + at_each_level * chain;
+    let total = bound * gain.powi(levels) + at_each_level * chain;
     total
         .map(|channel| if channel <= LARGEST { channel } else { LARGEST })
         .as_vec3()
@@ -162,16 +163,17 @@ struct Sent {
 }
 
 impl Sent {
+    fn unlit(scene: &Scene, material: &Material) -> Self {
+        Self {
+            diffuse: brightest_base(scene, material),
+            shining: DVec3::ZERO,
+            onward: 0.0,
+            shares_light: true,
+        }
+    }
+
     fn pbr(scene: &Scene, material: &Material, light: &Arriving) -> Self {
         let base = brightest_base(scene, material);
-        if material.unlit {
-            return Self {
-                diffuse: base,
-                shining: DVec3::ZERO,
-                onward: 0.0,
-                shares_light: true,
-            };
-        }
         let textured = material.metallic_roughness_texture.is_some();
         let metal = f64::from(material.metallic.clamp(0.0, 1.0));
         let dielectric = if textured { 1.0 } else { 1.0 - metal };
@@ -182,7 +184,11 @@ impl Sent {
         };
         // A solid reflects all in total internal reflection, whatever its specular factor.
         let mirrors = f64::from(material.specular) > 0.0 || may_bound_solid(material);
-        let lobe = metal.max(if mirrors { dielectric } else { 0.0 }) * base.max_element().max(1.0);
+        // At a grazing angle both parts of a mixture mirror all.
+        let whole = base.max_element().max(1.0);
+        let lobe = if mirrors { whole } else { metal * whole };
+        // What is mirrored is missing from the diffuse base, whatever the share of metal: (1 - m)(1 - F) <= 1 - (1 - m) F - m Fm.
+        let matte = if dielectric > 0.0 { opaque } else { 0.0 };
         let smoothest = least_roughness(scene, material);
         let roughest = f64::from(material.roughness.clamp(0.0, 1.0));
         let share = mirror_share(smoothest);
@@ -197,15 +203,15 @@ impl Sent {
             shining += (FIT_EXCESS * lobe + through) * light.gathered;
         }
         Self {
-            diffuse: dielectric * opaque * base * (light.direct / PI + light.gathered),
+            diffuse: matte * base * (light.direct / PI + light.gathered),
             shining,
-            onward: share * lobe.max(through),
+            onward: share * lobe.max(metal * whole + dielectric * through),
             shares_light: through == 0.0,
         }
     }
 
-    fn whitted(material: &Material, light: &Arriving) -> Self {
-        let base = material.base_color.xyz().as_dvec3().max(DVec3::ZERO);
+    fn whitted(scene: &Scene, material: &Material, light: &Arriving) -> Self {
+        let base = brightest_base(scene, material);
         let WhittedCoefficients { ka, kd, ks, kt, .. } = material.whitted.unwrap_or_default();
         // Derived coefficients are at most 1 (of a metal, its colour).
         let whole = Vec3::ONE.as_dvec3().max(base);
@@ -261,7 +267,7 @@ fn derived_specular(material: &Material, base: DVec3) -> DVec3 {
         (r0 * material.specular_color.as_dvec3()).min(DVec3::ONE) * f64::from(material.specular);
     let metal = f64::from(material.metallic.clamp(0.0, 1.0));
     match material.metallic_roughness_texture {
-        Some(_) => f0.max(base * metal),
+        Some(_) => f0.max((1.0 - metal) * f0 + metal * base),
         None => (1.0 - metal) * f0 + metal * base,
     }
 }

@@ -80,7 +80,7 @@ pub struct RenderSettings {
     pub camera: Camera,
     /// Samples a pixel, at least 1; with a tolerance, the most of any.
     pub samples: u32,
-    /// How far each pixel may be off: it decides what is left out of ray trees, and how many samples a pixel takes. `None`: all that
+    /// How far the picture may be off: it decides what is left out of ray trees, and how many samples a pixel takes. `None`: all that
     /// [`Self::min_weight`] and [`Self::max_depth`] leave, [`Self::samples`] times.
     pub tolerance: Option<Tolerance>,
     /// With a tolerance: until when there is time, after which the picture is what it is by then.
@@ -109,7 +109,7 @@ pub struct RenderSettings {
 /// weigh least) at a number of rays that rises as the tolerance falls. What they lose is estimated with the rest. Of `everything` at
 /// 0.01 (160x120) trees of 256, 1,024 and 4,096 rays take 3, 11 and 16 s, and all keep it.
 fn tolerance_rays(tolerance: Tolerance) -> u32 {
-    let error = tolerance.absolute.max(1e-6);
+    let error = tolerance.allowed([0.1; 3]).max(1e-6);
     (25.6 / error.sqrt()).clamp(64.0, 65_536.0) as u32
 }
 

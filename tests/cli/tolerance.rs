@@ -96,9 +96,10 @@ fn a_budget_that_is_too_small_gives_a_picture_and_says_so() {
 fn nonsense_is_refused() {
     let folder = Folder::new();
     for (arguments, words) in [
-        ("--tolerance -1", &["0 to 1000000", "1%"][..]),
+        ("--tolerance -1", &["0.000001 to 1000000", "1%"][..]),
         ("--tolerance few", &["'few'"]),
-        ("--tolerance -3%", &["0 to 1000000"]),
+        ("--tolerance -3%", &["0.000001 to"]),
+        ("--tolerance 0", &["0.000001 to"]),
         ("--time-budget 0s", &["2s"]),
         ("--time-budget soon", &["'soon'"]),
         ("--time-budget NaNs", &["above 0"]),

@@ -29,7 +29,8 @@ pub struct ConvergeArgs {
     pub json: bool,
 
     /// What to vary: spp, depth, min-weight, tolerance, bvh or shading; given several times, every combination is measured
-    /// [default: ladders of all of them but shading about the settings below].
+    /// [default: ladders of all of them but shading about the settings below]. A tolerance (absolute) decides samples, depth, weights and rays
+    /// by itself.
     #[arg(long, value_name = "KEY=A,B,C", value_parser = sweep_values, help_heading = "Measurement")]
     pub sweep: Vec<Values>,
 
