@@ -110,6 +110,7 @@ fn json_has_the_documented_keys() {
         "compile_ms",
         "counters",
         "dropped",
+        "error",
         "outputs",
         "warnings",
     ];
