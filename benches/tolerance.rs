@@ -69,7 +69,10 @@ const WORST_BAR: Bar = Bar::AtMost(1.1);
 const DIFFUSE_BAR: Bar = Bar::AtMost(1.03);
 
 /// What both pictures of a reference may take.
-const REFERENCE_SECONDS: f64 = 30.0;
+const REFERENCE_SECONDS: f64 = 20.0;
+
+/// A tenth of the tolerance takes up to a hundred times as long: it is not tried where a picture takes longer than this.
+const LAST_SECONDS: f64 = 0.5;
 
 /// Where a picture takes longer, three rounds are enough.
 const LONG_SECONDS: f64 = 0.5;
@@ -328,12 +331,23 @@ impl Judged {
         } else {
             &TOLERANCES
         };
-        let outcomes = tolerances.iter().map(|&tolerance| {
+        let mut outcomes: Vec<Outcome> = Vec::new();
+        for &tolerance in tolerances {
+            if outcomes
+                .last()
+                .is_some_and(|last| last.seconds > LAST_SECONDS)
+            {
+                println!(
+                    "{:<28} {tolerance:<6} not tried: it would take minutes",
+                    self.name
+                );
+                break;
+            }
             let outcome = self.outcome(device, tolerance, &front, effort.rounds());
             println!("{outcome}");
-            outcome
-        });
-        outcomes.collect()
+            outcomes.push(outcome);
+        }
+        outcomes
     }
 
     fn outcome(&self, device: &Device, tolerance: f32, front: &[Fixed], rounds: usize) -> Outcome {
@@ -375,6 +389,7 @@ impl Judged {
             keeps: report.keeps_tolerance(),
             samples: report.samples as f64 / f64::from(SIZE.0 * SIZE.1),
             ratio,
+            seconds: once.times.render.as_secs_f64(),
             is_beyond: error < front[0].error,
         }
     }
@@ -406,6 +421,8 @@ struct Outcome {
     keeps: bool,
     samples: f64,
     ratio: Spread,
+    /// Of rendering, by the wall's clock.
+    seconds: f64,
     /// No fixed setting came as near to the reference.
     is_beyond: bool,
 }
