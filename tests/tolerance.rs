@@ -392,6 +392,39 @@ fn faint_reflections_of_the_dark_make_no_mirror_black() {
     }
 }
 
+/// A lamp in the very place of a surface: there is no bound of what it lights, but what computers take for one.
+#[test]
+fn a_lamp_on_a_surface_leaves_numbers_numbers() {
+    let Some(device) = support::device() else {
+        return;
+    };
+    let mut build = Build::before([0.2; 3]);
+    let shiny = build.material(Material {
+        roughness: 0.2,
+        ..matte([0.5; 3])
+    });
+    build.square(Vec3::new(0.0, 0.0, -0.5), Vec3::Z, 0.5, shiny);
+    build.light(
+        raytree::model::LightKind::Point {
+            position: DVec3::new(0.1, 0.1, -0.5),
+            range: f64::INFINITY,
+        },
+        1.0,
+    );
+    let camera = pinhole(Vec3::new(0.0, 0.0, 0.5), Vec3::NEG_Z, 1.0);
+    let settings = RenderSettings {
+        samples: 17,
+        ..RenderSettings::new(64, 48, camera).to_tolerance(Tolerance::absolute(0.1))
+    };
+    let report = support::render(device, &build.0, &settings)
+        .error
+        .expect("asked for");
+    assert!(
+        report.estimated_rmse.is_finite() && report.lost_rmse.is_finite(),
+        "{report:?}"
+    );
+}
+
 /// Cameras anywhere in the scene, looking anywhere: no ray brings more than the bound says, under either model.
 #[test]
 fn no_ray_brings_more_than_the_bound() {

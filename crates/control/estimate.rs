@@ -85,6 +85,6 @@ impl Picture<'_> {
 
 /// Root mean square over the channels, as pictures are judged.
 pub(crate) fn over_channels(difference: impl Fn(usize) -> f32) -> f32 {
-    let squares: f32 = (0..3).map(|channel| difference(channel).powi(2)).sum();
-    (squares / 3.0).sqrt()
+    let square = |channel| f64::from(difference(channel)).powi(2);
+    ((square(0) + square(1) + square(2)) / 3.0).sqrt() as f32
 }

@@ -100,7 +100,8 @@ impl Prepared<'_> {
         };
         let sequence = pixels_by_tile(self.plan.tiling, stride);
         let bound = Vec3::from(self.plan.frame.branch_bound);
-        let bound = bound.length() / 3.0_f32.sqrt();
+        // Its square may be beyond f32.
+        let bound = (bound.as_dvec3().length() / 3.0_f64.sqrt()) as f32;
         let most = self.settings.samples;
         let sampler = Sampler::new(size, tolerance, most, bound, sequence);
         match self.settings.deadline {
