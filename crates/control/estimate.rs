@@ -8,11 +8,10 @@
 //! between two that are opposite to each other. Along a smooth gradient that is nothing, and the filter is symmetric, so that
 //! its mean is the value in the middle then.
 
-use crate::pixel::Groups;
-use crate::pixel::Pixel;
+use crate::pixel::{Groups, Pixel};
 
-/// Of the second difference across an edge, the root mean square error of a single sample in the middle of the pixels at its sides: the
-/// integral of the squared filter's tail over a pixel's width.
+/// Of the second difference across an edge, the error of a single sample in the middle of the pixels at its sides, about: calibration
+/// makes it right.
 const EDGE_ERROR: f32 = 0.25;
 
 /// Power of the number of samples by which errors fall, of which variances have twice.

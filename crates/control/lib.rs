@@ -3,7 +3,7 @@
 //! A pixel's error has two parts. What branches of ray trees were left out because they can't matter is said by the
 //! renderer, sample by sample ([`Sampled::lost`]), as a bound that is scaled by what a few samples have shown. What samples miss that lie between them is estimated from those that were
 //! taken, as an ODE solver does from two formulas of a step (`estimate.rs`). A [`Sampler`] orders samples round by
-//! round until both parts fit the tolerance in every pixel.
+//! round until the root mean square of both parts over the picture fits the tolerance.
 //!
 //! Nothing here knows of rays: samples are values at places of a picture.
 

@@ -40,6 +40,7 @@ const LARGEST: f64 = LARGEST_RADIANCE as f64;
 #[must_use]
 pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     let light = Arriving::of(scene);
+    let color = brightest_color(scene);
     let mut bound = light.around;
     let mut at_each_level = DVec3::ZERO;
     let mut gain = 1.0_f64;
@@ -50,10 +51,11 @@ pub fn branch_bound(scene: &Scene, settings: &RenderSettings) -> Vec3 {
     }
     let shown = scene.materials.iter().zip(used).filter(|(_, used)| *used);
     for (material, _) in shown {
+        let base = brightest_base(material, color);
         let sent = match settings.shading {
-            _ if material.unlit => Sent::unlit(scene, material),
-            Shading::Pbr => Sent::pbr(scene, material, &light),
-            Shading::Whitted => Sent::whitted(scene, material, &light),
+            _ if material.unlit => Sent::unlit(base),
+            Shading::Pbr => Sent::pbr(scene, material, base, &light),
+            Shading::Whitted => Sent::whitted(material, base, &light),
         };
         spawns |= sent.onward > 0.0 || material.alpha_mode == AlphaMode::Blend;
         match sent.bound() {
@@ -83,6 +85,12 @@ struct Arriving {
     around: DVec3,
     /// What a white diffuse surface, or a rough lobe, gathers of the surroundings.
     gathered: DVec3,
+}
+
+/// The greatest of each channel of the vertex colours; white where there are none. Once a scene: it may have millions.
+fn brightest_color(scene: &Scene) -> Vec3 {
+    let colors = scene.geometry.colors.iter().map(|color| color.xyz());
+    colors.reduce(Vec3::max).unwrap_or(Vec3::ONE)
 }
 
 impl Arriving {
@@ -163,17 +171,16 @@ struct Sent {
 }
 
 impl Sent {
-    fn unlit(scene: &Scene, material: &Material) -> Self {
+    fn unlit(base: DVec3) -> Self {
         Self {
-            diffuse: brightest_base(scene, material),
+            diffuse: base,
             shining: DVec3::ZERO,
             onward: 0.0,
             shares_light: true,
         }
     }
 
-    fn pbr(scene: &Scene, material: &Material, light: &Arriving) -> Self {
-        let base = brightest_base(scene, material);
+    fn pbr(scene: &Scene, material: &Material, base: DVec3, light: &Arriving) -> Self {
         let textured = material.metallic_roughness_texture.is_some();
         let metal = f64::from(material.metallic.clamp(0.0, 1.0));
         let dielectric = if textured { 1.0 } else { 1.0 - metal };
@@ -210,8 +217,7 @@ impl Sent {
         }
     }
 
-    fn whitted(scene: &Scene, material: &Material, light: &Arriving) -> Self {
-        let base = brightest_base(scene, material);
+    fn whitted(material: &Material, base: DVec3, light: &Arriving) -> Self {
         let WhittedCoefficients { ka, kd, ks, kt, .. } = material.whitted.unwrap_or_default();
         // Derived coefficients are at most 1 (of a metal, its colour).
         let whole = Vec3::ONE.as_dvec3().max(base);
@@ -273,10 +279,8 @@ fn derived_specular(material: &Material, base: DVec3) -> DVec3 {
 }
 
 /// Factor times vertex colours; a texture is 1 at most.
-fn brightest_base(scene: &Scene, material: &Material) -> DVec3 {
-    let colors = scene.geometry.colors.iter().map(|color| color.xyz());
-    let brightest = colors.reduce(Vec3::max).unwrap_or(Vec3::ONE);
-    (material.base_color.xyz() * brightest)
+fn brightest_base(material: &Material, color: Vec3) -> DVec3 {
+    (material.base_color.xyz() * color)
         .as_dvec3()
         .max(DVec3::ZERO)
 }
