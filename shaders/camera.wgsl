@@ -40,6 +40,11 @@ fn pixel_of_lane(tile: u32, lane: u32) -> vec2u {
     return corner + vec2u((block % 2u) * 4u + lane % 4u, (block / 2u) * 2u + (lane / 4u) % 2u);
 }
 
+// The pixel of a slot of a batch, relative to the window.
+fn pixel_of_slot(slot: u32) -> vec2u {
+    return pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP);
+}
+
 fn inside_window(pixel: vec2u) -> bool {
     return all(pixel < frame.window_size);
 }

@@ -29,14 +29,14 @@ fn take_slot(loaded: SlotState) {
 }
 
 // Takes the first ray of a sample's tree into account.
-fn begin_sample(loaded: SlotState) {
+fn begin_sample(slot: u32, loaded: SlotState) {
     common_rays = 0u;
     if (HAS_TOLERANCE) {
         radiance = vec4f(0.0);
         rays = 0u;
         dropped = vec2u(0u);
         lost = 0.0;
-        take_code(order_of_word(loaded.radiance).negligible);
+        take_code(order_of(slot, loaded.radiance).negligible);
     }
     rays += 1u;
     radiance.w += 1.0;
@@ -54,16 +54,16 @@ fn store_slot(slot: u32) {
 // The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
 fn camera_item(slot: u32, loaded: SlotState) -> WorkItem {
     var pixel: vec2u;
-    var sample: u32;
+    var offset: vec2f;
     if (HAS_TOLERANCE) {
-        let order = order_of_word(loaded.radiance);
+        let order = order_of(slot, loaded.radiance);
         pixel = order.pixel;
-        sample = order.sample;
+        offset = order.offset;
     } else {
-        pixel = pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP);
-        sample = frame.sample;
+        pixel = pixel_of_slot(slot);
+        offset = sample_offset(frame.sample);
     }
-    let ray = camera_ray(pixel + frame.window_origin, sample_offset(sample));
+    let ray = camera_ray(pixel + frame.window_origin, offset);
     var item: WorkItem;
     item.origin = ray.origin;
     item.direction = ray.direction;
@@ -597,7 +597,7 @@ fn advance(entry: u32, index: u32) -> u32 {
     }
     take_slot(loaded);
     if (begins) {
-        begin_sample(loaded);
+        begin_sample(slot, loaded);
     }
     if (item.kind != LIGHTS) {
         meets = meets_surface(item, hit);

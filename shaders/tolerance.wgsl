@@ -8,15 +8,24 @@ var<private> lost: f32;
 var<private> negligible: f32;
 var<private> negligible_code: u32;
 
-// An order lies in RADIANCE_PLANE until its sample has begun.
+// A sample to be taken. An order of the host lies in RADIANCE_PLANE until its sample has begun; without any, slots take the first
+// samples of a batch's pixels.
 struct Order {
     pixel: vec2u, // in the window
-    sample: u32,
+    offset: vec2f, // of the sample from the pixel's middle, pixels
     negligible: u32, // code
 }
 
-fn order_of_word(word: vec4u) -> Order {
-    return Order(word.xy, word.z, word.w);
+fn has_orders() -> bool {
+    return frame.order_count > 0u;
+}
+
+fn order_of(slot: u32, word: vec4u) -> Order {
+    if (has_orders()) {
+        let pixel = vec2u(word.x % frame.window_size.x, word.x / frame.window_size.x);
+        return Order(pixel, bitcast<vec2f>(word.yz), word.w);
+    }
+    return Order(pixel_of_slot(slot), vec2f(0.0), frame.negligible);
 }
 
 // Codes of 8 bits in steps of half an octave, from 2^-96 to 2^31.

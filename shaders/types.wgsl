@@ -27,7 +27,7 @@ struct Frame {
     background: vec3f,
     background_kind: u32, // BACKGROUND_*
     branch_bound: vec3f, // what any spawned ray could bring: tolerance.wgsl
-    order_count: u32, // slots with a sample to take, in a program with a tolerance
+    order_count: u32, // slots with an order, in a program with a tolerance; 0: each takes the first sample of its pixel
     picture_size: vec2f, // of the whole picture, pixels
     window_origin: vec2u, // of the part that is rendered
     window_size: vec2u,
@@ -50,6 +50,7 @@ struct Frame {
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
     state_planes: u32, // that load_state goes through at most: STACK_PLANE, and the words of an item that are in use
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
+    negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }

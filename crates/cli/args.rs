@@ -191,7 +191,7 @@ pub struct QualityArgs {
     pub depth: Option<u32>,
 
     /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1]. With a tolerance or a time budget: the most
-    /// of any pixel, which has 1, 5, 9, 17, .. of them [default: 4097].
+    /// of any pixel, which has 1, 5, 9, 17, .. of them [default: 131073].
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
     pub spp: Option<u32>,
 

@@ -5,7 +5,7 @@
 //! of it, the mean changes by `e / sqrt 2` (root mean square); by more where errors fall faster, as halves then make up for each other.
 
 /// Levels that are told apart.
-const LEVELS: usize = 16;
+pub(crate) const LEVELS: usize = 16;
 
 /// Pixels that have to have been refined before they are believed.
 const ENOUGH: u64 = 32;

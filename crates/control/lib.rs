@@ -22,5 +22,5 @@ pub use negligible::Negligible;
 pub use pixel::Sampled;
 pub use report::ErrorReport;
 pub use round::Order;
-pub use sampler::Sampler;
+pub use sampler::{Finished, FirstSamples, Sampler};
 pub use tolerance::Tolerance;

@@ -9,7 +9,7 @@
 /// What a renderer says of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sampled {
-    /// Linear radiance and alpha.
+    /// Linear radiance, and alpha from 0 to 1.
     pub radiance: [f32; 4],
     /// What branches that were left out may have added, root mean square over the channels.
     pub lost: f32,
@@ -35,9 +35,11 @@ pub(crate) fn level_of(count: u32) -> u32 {
 
 /// The level after that.
 pub(crate) fn level_after(count: u32) -> u32 {
-    (0..29)
-        .find(|&level| samples_at(level) > count)
-        .unwrap_or(29)
+    match count {
+        0 => 0,
+        1 => 1,
+        count => (count - 1).ilog2().clamp(1, 29),
+    }
 }
 
 /// Samples of which a group consists, at a level from 1 on.
@@ -45,78 +47,246 @@ fn group_size(level: u32) -> u32 {
     (2 << level) / GROUPS as u32
 }
 
-/// A pixel's samples so far.
+/// What is known of a picture's pixels, one list for each property: most pixels of most pictures never have more than one sample,
+/// and of lists that nothing is written to no memory is touched.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Pixel {
-    sum: [f64; 4],
-    lost: f64,
-    pub(crate) rays: u32,
+pub(crate) struct Pixels {
+    /// Mean of the samples; 0 without any.
+    radiance: Vec<[f32; 3]>,
+    alpha: Vec<f32>,
+    /// What was left out may have added as much to the mean.
+    /// Empty as long as nothing was lost anywhere.
+    lost: Vec<f32>,
+    rays: Vec<u32>,
     /// Samples: 0, or those of a level.
-    pub(crate) count: u32,
-    /// Which of the refined pixels it is, from level 1 on.
-    pub(crate) refined: Option<u32>,
-    /// How often its only sample was taken again.
-    pub(crate) retakes: u8,
+    counts: Vec<u32>,
+    /// From level 1 on: one more than the pixel's place in `refined`. Empty as long as that is.
+    places: Vec<u32>,
+    refined: Vec<Refined>,
+    /// How often the only sample was taken again. Empty as long as none was.
+    retakes: Vec<u8>,
 }
 
-impl Pixel {
-    /// Mean radiance and alpha; 0 without samples.
-    pub(crate) fn mean(&self) -> [f32; 4] {
-        let share = f64::from(self.count.max(1)).recip();
-        self.sum.map(|sum| (sum * share) as f32)
+/// A pixel with more than one sample.
+#[derive(Clone, Debug, Default)]
+struct Refined {
+    sum: [f64; 4],
+    lost: f64,
+    groups: Groups,
+}
+
+impl Pixels {
+    pub(crate) fn new(count: usize) -> Self {
+        Self {
+            radiance: vec![[0.0; 3]; count],
+            alpha: vec![0.0; count],
+            lost: Vec::new(),
+            rays: vec![0; count],
+            counts: vec![0; count],
+            places: Vec::new(),
+            refined: Vec::new(),
+            retakes: Vec::new(),
+        }
     }
 
-    /// Its first three.
-    pub(crate) fn radiance(&self) -> [f32; 3] {
-        let [r, g, b, _] = self.mean();
-        [r, g, b]
+    pub(crate) fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// Mean radiance of each; 0 without samples.
+    pub(crate) fn radiance(&self) -> &[[f32; 3]] {
+        &self.radiance
     }
 
     /// What was left out may have added as much to the mean.
-    pub(crate) fn lost(&self) -> f32 {
-        (self.lost / f64::from(self.count.max(1))) as f32
+    pub(crate) fn lost(&self, index: usize) -> f32 {
+        of_sparse(&self.lost, index)
     }
 
-    /// Where losses are weighed anew.
-    pub(crate) fn scale_loss(&mut self, factor: f32) {
-        self.lost *= f64::from(factor);
+    /// That of each pixel; `None` if nothing was lost anywhere.
+    pub(crate) fn losses(&self) -> Option<&[f32]> {
+        (!self.lost.is_empty()).then_some(&self.lost)
     }
 
-    /// Puts another sample in the place of the only one.
-    pub(crate) fn retake(&mut self, brought: &Brought) {
-        *self = Self {
-            rays: self.rays,
-            retakes: self.retakes + 1,
-            ..Self::default()
-        };
-        self.add(brought);
+    /// Samples of each.
+    pub(crate) fn counts(&self) -> &[u32] {
+        &self.counts
     }
 
-    /// Takes its first sample.
-    pub(crate) fn add_sample(&mut self, sampled: Sampled) {
-        self.sum = sampled.radiance.map(f64::from);
-        self.lost = f64::from(sampled.lost);
-        self.rays = sampled.rays;
-        self.count = 1;
+    /// Samples: 0, or those of a level.
+    pub(crate) fn count(&self, index: usize) -> u32 {
+        self.counts[index]
     }
 
-    /// Adds what a round has brought.
-    pub(crate) fn add(&mut self, brought: &Brought) {
-        for (sum, more) in self.sum.iter_mut().zip(brought.sum) {
+    pub(crate) fn rays(&self, index: usize) -> u32 {
+        self.rays[index]
+    }
+
+    /// How often its only sample was taken again.
+    pub(crate) fn retakes(&self, index: usize) -> u8 {
+        of_sparse(&self.retakes, index)
+    }
+
+    /// Any has more than one sample.
+    pub(crate) fn any_refined(&self) -> bool {
+        !self.refined.is_empty()
+    }
+
+    /// Of its mean, from what its groups say; `None` below level 1.
+    pub(crate) fn variance(&self, index: usize) -> Option<f32> {
+        let place = of_sparse(&self.places, index).checked_sub(1)?;
+        Some(self.refined[place as usize].groups.variance)
+    }
+
+    /// Takes a pixel's first sample.
+    pub(crate) fn add_sample(&mut self, index: usize, sampled: Sampled) {
+        self.singles().add(index, sampled);
+        self.counts[index] = 1;
+    }
+
+    /// [`Self::singles`] were given to all pixels.
+    pub(crate) fn have_one_each(&mut self) {
+        self.counts.fill(1);
+    }
+
+    /// Lists of what first samples bring.
+    pub(crate) fn singles(&mut self) -> Singles<'_> {
+        // One length for all, so that one check is enough for each pixel.
+        let count = self.counts.len();
+        Singles {
+            radiance: &mut self.radiance[..count],
+            alpha: &mut self.alpha[..count],
+            lost: &mut self.lost,
+            rays: &mut self.rays[..count],
+        }
+    }
+
+    /// Puts another sample in the place of the only one, or of none.
+    pub(crate) fn retake(&mut self, index: usize, brought: &Brought) {
+        if self.counts[index] > 0 {
+            let retakes = self.retakes(index) + 1;
+            set_sparse(&mut self.retakes, self.counts.len(), index, retakes);
+        }
+        self.show(index, brought.sum.map(|value| value as f32));
+        self.set_lost(index, brought.lost as f32);
+        self.rays[index] = self.rays[index].saturating_add(brought.rays);
+        self.counts[index] = 1;
+    }
+
+    /// Adds what has brought a pixel to `level`, from 1 on.
+    pub(crate) fn refine(&mut self, index: usize, level: u32, brought: &Brought) {
+        if of_sparse(&self.places, index) == 0 {
+            let [r, g, b] = self.radiance[index].map(f64::from);
+            self.refined.push(Refined {
+                sum: [r, g, b, self.alpha[index].into()],
+                lost: self.lost(index).into(),
+                groups: Groups::default(),
+            });
+            let place = self.refined.len() as u32;
+            set_sparse(&mut self.places, self.counts.len(), index, place);
+        }
+        let refined = &mut self.refined[self.places[index] as usize - 1];
+        for (sum, more) in refined.sum.iter_mut().zip(brought.sum) {
             *sum += more;
         }
-        self.lost += brought.lost;
-        self.rays = self.rays.saturating_add(brought.rays);
-        self.count += brought.count;
+        refined.lost += brought.lost;
+        refined.groups.add(level, brought);
+        self.counts[index] += brought.count;
+        self.rays[index] = self.rays[index].saturating_add(brought.rays);
+        let share = f64::from(self.counts[index]).recip();
+        let (mean, lost) = (refined.sum.map(|sum| (sum * share) as f32), refined.lost);
+        self.show(index, mean);
+        self.set_lost(index, (lost * share) as f32);
     }
+
+    /// Shows as much: radiance and alpha.
+    pub(crate) fn show(&mut self, index: usize, [r, g, b, alpha]: [f32; 4]) {
+        self.radiance[index] = [r, g, b];
+        self.alpha[index] = alpha;
+    }
+
+    /// What it shows.
+    pub(crate) fn mean(&self, index: usize) -> [f32; 4] {
+        let [r, g, b] = self.radiance[index];
+        [r, g, b, self.alpha[index]]
+    }
+
+    fn set_lost(&mut self, index: usize, lost: f32) {
+        set_sparse(&mut self.lost, self.counts.len(), index, lost);
+    }
+
+    /// Where losses are weighed anew, of pixels that have a single sample at most.
+    pub(crate) fn scale_losses(&mut self, factor: f32) {
+        self.lost.iter_mut().for_each(|lost| *lost *= factor);
+    }
+
+    pub(crate) fn into_lists(mut self) -> Lists {
+        self.lost.resize(self.counts.len(), 0.0);
+        Lists {
+            radiance: self.radiance,
+            alpha: self.alpha,
+            lost: self.lost,
+            rays: self.rays,
+            counts: self.counts,
+        }
+    }
+}
+
+/// Of a list that is empty as long as all of it is 0.
+fn of_sparse<T: Copy + Default>(list: &[T], index: usize) -> T {
+    list.get(index).copied().unwrap_or_default()
+}
+
+fn set_sparse<T: Copy + Default + PartialEq>(
+    list: &mut Vec<T>,
+    count: usize,
+    index: usize,
+    value: T,
+) {
+    if list.is_empty() && value != T::default() {
+        list.resize(count, T::default());
+    }
+    if let Some(entry) = list.get_mut(index) {
+        *entry = value;
+    }
+}
+
+/// Where the first samples of pixels go, but for their number.
+pub(crate) struct Singles<'p> {
+    radiance: &'p mut [[f32; 3]],
+    alpha: &'p mut [f32],
+    lost: &'p mut Vec<f32>,
+    rays: &'p mut [u32],
+}
+
+impl Singles<'_> {
+    #[inline]
+    pub(crate) fn add(&mut self, index: usize, sampled: Sampled) {
+        let [r, g, b, alpha] = sampled.radiance;
+        self.radiance[index] = [r, g, b];
+        self.alpha[index] = alpha;
+        self.rays[index] = sampled.rays;
+        if sampled.lost != 0.0 {
+            set_sparse(self.lost, self.rays.len(), index, sampled.lost);
+        }
+    }
+}
+
+/// What remains of pixels when all is done.
+pub(crate) struct Lists {
+    pub(crate) radiance: Vec<[f32; 3]>,
+    pub(crate) alpha: Vec<f32>,
+    pub(crate) lost: Vec<f32>,
+    pub(crate) rays: Vec<u32>,
+    pub(crate) counts: Vec<u32>,
 }
 
 /// The groups of a pixel that has more than one sample: the inner pairs' first and second samples, and the outer pairs'.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Groups {
+struct Groups {
     sums: [[f64; 3]; GROUPS],
     /// Of the mean, averaged over the channels: what the groups say of each other.
-    pub(crate) variance: f32,
+    variance: f32,
 }
 
 /// What a round brings to a pixel that goes from one level to the next.
@@ -157,7 +327,7 @@ impl Brought {
 
 impl Groups {
     /// Adds what has brought the pixel to `level`, from 1 on.
-    pub(crate) fn add(&mut self, level: u32, brought: &Brought) {
+    fn add(&mut self, level: u32, brought: &Brought) {
         if level > 1 {
             // The inner groups are now what was inner and outer before.
             let [a, b, c, d] = self.sums;

@@ -1,6 +1,8 @@
 //! What was achieved.
 
-use crate::standing::Standing;
+use crate::pixel::Pixels;
+use crate::standing::larger;
+use crate::tolerance::Tolerance;
 
 /// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,31 +34,151 @@ impl ErrorReport {
     pub fn keeps_tolerance(&self) -> bool {
         self.in_tolerances <= 1.0
     }
+}
 
-    /// Of a picture's pixels; branches were weighed with `branch_scale` of the most that they could bring.
-    pub(crate) fn of(standings: &[Standing], branch_scale: f32) -> Self {
-        let mut report = Self::default();
-        let mut sums = [0.0; 4];
-        for standing in standings {
-            let parts = [standing.total(), standing.lost, standing.error];
-            let [total, lost, error] = parts.map(|part| f64::from(part * standing.allowed));
-            let squares = [total, lost, error, f64::from(standing.total())].map(|part| part * part);
-            sums.iter_mut()
-                .zip(squares)
-                .for_each(|(sum, square)| *sum += square);
-            report.largest = report.largest.max(total);
-            report.samples += u64::from(standing.samples);
-            report.most_samples = report.most_samples.max(standing.samples);
-            report.unsampled += u64::from(standing.samples == 0);
-        }
-        let root = |sum: f64| (sum / standings.len().max(1) as f64).sqrt();
+/// Sums over a picture's pixels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Totals {
+    /// But for what branches are weighed with.
+    report: ErrorReport,
+    /// What was left out, in tolerances: root mean square.
+    lost: f64,
+}
+
+impl Totals {
+    /// `errors`: standard error of each pixel, linear radiance.
+    pub(crate) fn of(errors: &[f32], pixels: &Pixels, tolerance: Tolerance) -> Self {
+        let count = pixels.len().max(1) as f64;
+        let root = |sum: f64| (sum / count).sqrt();
+        let losses = pixels.losses();
+        let error = sum_of_squares(errors);
+        let lost = losses.map_or(0.0, sum_of_squares);
+        let (all_in_tolerances, lost_in_tolerances) = match tolerance.uniform() {
+            Some(allowed) => {
+                let unit = f64::from(allowed).powi(2).recip();
+                (unit * (error + lost), unit * lost)
+            }
+            None => in_tolerances(errors, pixels, tolerance),
+        };
+        let largest = match losses {
+            None => errors.iter().copied().fold(0.0, larger).into(),
+            Some(losses) => {
+                let squares = errors.iter().zip(losses);
+                let largest = squares
+                    .map(|(error, lost)| error * error + lost * lost)
+                    .fold(0.0, larger);
+                f64::from(largest).sqrt()
+            }
+        };
+        let samples = pixels.counts();
         Self {
-            estimated_rmse: root(sums[0]),
-            lost_rmse: root(sums[1]),
-            lost_bound_rmse: root(sums[1]) / f64::from(branch_scale),
-            sampling_rmse: root(sums[2]),
-            in_tolerances: root(sums[3]),
-            ..report
+            report: ErrorReport {
+                estimated_rmse: root(lost + error),
+                lost_rmse: root(lost),
+                lost_bound_rmse: 0.0,
+                sampling_rmse: root(error),
+                largest,
+                in_tolerances: root(all_in_tolerances),
+                samples: samples.iter().map(|&count| u64::from(count)).sum(),
+                most_samples: samples.iter().copied().max().unwrap_or(0),
+                unsampled: samples.iter().map(|&count| u64::from(count == 0)).sum(),
+            },
+            lost: root(lost_in_tolerances),
+        }
+    }
+
+    /// All that pixels are off by, in tolerances: root mean square.
+    pub(crate) fn all(&self) -> f64 {
+        self.report.in_tolerances
+    }
+
+    /// Of it, what was left out.
+    pub(crate) fn lost(&self) -> f64 {
+        self.lost
+    }
+
+    /// Pixels without a sample.
+    pub(crate) fn unsampled(&self) -> u64 {
+        self.report.unsampled
+    }
+
+    /// With branches weighed by `branch_scale` of the most that they could bring.
+    pub(crate) fn report(&self, branch_scale: f32) -> ErrorReport {
+        ErrorReport {
+            lost_bound_rmse: self.report.lost_rmse / f64::from(branch_scale),
+            ..self.report
+        }
+    }
+}
+
+/// Sums of the squares of all, and of what was lost, each pixel in tolerances of its own.
+fn in_tolerances(errors: &[f32], pixels: &Pixels, tolerance: Tolerance) -> (f64, f64) {
+    let radiance = pixels.radiance().iter();
+    let standings = errors.iter().zip(radiance).enumerate();
+    standings.fold((0.0, 0.0), |(all, lost), (index, (error, &radiance))| {
+        let unit = f64::from(tolerance.allowed(radiance)).recip();
+        let square = |value: f32| (unit * f64::from(value)).powi(2);
+        let of_lost = square(pixels.lost(index));
+        (all + square(*error) + of_lost, lost + of_lost)
+    })
+}
+
+/// In eight sums, so that the machine need not wait for one to add to it.
+fn sum_of_squares(values: &[f32]) -> f64 {
+    let mut sums = [0.0; 8];
+    let square = |value: f32| f64::from(value).powi(2);
+    let (chunks, rest) = values.as_chunks::<8>();
+    for chunk in chunks {
+        for (sum, value) in sums.iter_mut().zip(chunk) {
+            *sum += square(*value);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|&value| square(value)).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pixel::Sampled;
+
+    /// Pixels of radiance 1 that lose `lost` each.
+    fn pixels(count: usize, lost: f32) -> Pixels {
+        let mut pixels = Pixels::new(count);
+        for index in 0..count {
+            let sampled = Sampled {
+                radiance: [1.0; 4],
+                lost,
+                rays: 1,
+            };
+            pixels.add_sample(index, sampled);
+        }
+        pixels
+    }
+
+    #[test]
+    fn a_tolerance_of_each_pixel_is_as_one_of_all_where_they_are_alike() {
+        for lost in [0.0, 0.3] {
+            let pixels = pixels(19, lost);
+            let errors: Vec<f32> = (0..19_u8).map(|k| 0.01 * f32::from(k)).collect();
+            let all = Totals::of(&errors, &pixels, Tolerance::absolute(0.1));
+            let each = Totals::of(
+                &errors,
+                &pixels,
+                Tolerance {
+                    absolute: 0.0,
+                    relative: 0.1,
+                },
+            );
+            assert!((all.all() - each.all()).abs() < 1e-6 * all.all());
+            assert!((all.lost() - each.lost()).abs() <= 1e-6 * all.lost());
+            let squares = errors.iter().map(|error| f64::from(*error).powi(2));
+            let expected = (squares.sum::<f64>() / 19.0 + f64::from(lost).powi(2)).sqrt();
+            let report = all.report(0.5);
+            assert!((report.estimated_rmse - expected).abs() < 1e-6 * expected);
+            assert!((report.in_tolerances - 10.0 * expected).abs() < 1e-5 * expected);
+            assert!((report.largest - 0.18_f64.hypot(lost.into())).abs() < 1e-6);
+            assert_eq!(report.lost_bound_rmse, 2.0 * report.lost_rmse);
+            assert_eq!((report.samples, report.unsampled), (19, 0));
         }
     }
 }

@@ -54,6 +54,8 @@ pub(crate) struct Round {
     refinements: Vec<Refinement>,
     /// Instead of these: pixels that get their only sample, of which nothing has to be kept until all have theirs.
     singles: Vec<u32>,
+    /// Instead of either: all pixels get their only sample.
+    is_of_all: bool,
     negligible: Negligible,
     /// The one that is ordered next, and its next sample.
     place: usize,
@@ -81,6 +83,31 @@ impl Round {
         }
     }
 
+    /// A sample of each of `pixels` pixels, none of which has any.
+    pub(crate) fn of_all(pixels: usize, negligible: Negligible) -> Self {
+        Self {
+            is_of_all: true,
+            negligible,
+            open: pixels as u64,
+            ..Self::default()
+        }
+    }
+
+    /// What is negligible where all pixels get their first sample.
+    pub(crate) fn of_all_with(&self) -> Option<Negligible> {
+        (self.is_of_all && self.open > 0).then_some(self.negligible)
+    }
+
+    /// All pixels have got their first sample in it.
+    pub(crate) fn has_taken_all(&self) -> bool {
+        self.is_of_all && self.open == 0
+    }
+
+    /// Samples that have not come: who takes those of which nothing has to be kept here counts them down.
+    pub(crate) fn left(&mut self) -> &mut u64 {
+        &mut self.open
+    }
+
     fn len(&self) -> usize {
         self.refinements.len() + self.singles.len()
     }
@@ -96,6 +123,9 @@ impl Round {
 
     /// Pixels in it, and how many of them were ordered.
     pub(crate) fn progress(&self) -> (usize, usize) {
+        if self.is_of_all {
+            return (self.open as usize, 0);
+        }
         (self.len(), self.place)
     }
 

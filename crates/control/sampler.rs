@@ -1,15 +1,17 @@
 //! Orders samples until the tolerance is kept.
 
+use std::cell::LazyCell;
+
 use raytree_film::Estimates;
 
-use crate::allocation::threshold;
-use crate::calibration::{Calibration, Losses};
+use crate::allocation::{Candidate, threshold};
+use crate::calibration::{Calibration, LEVELS, Losses};
 use crate::estimate::{Picture, over_channels};
 use crate::negligible::{FIRST_GUESS, Negligible, correction};
-use crate::pixel::{Groups, Pixel, Sampled, level_after, level_of};
-use crate::report::ErrorReport;
+use crate::pixel::{Lists, Pixels, Sampled, Singles, level_after, level_of};
+use crate::report::{ErrorReport, Totals};
 use crate::round::{Order, Refinement, Round};
-use crate::standing::{LEAST_ALLOWED, Standing, root_mean_square};
+use crate::standing::{Standing, root_mean_square};
 use crate::tolerance::{LOSS_SHARE, Tolerance};
 
 /// What pictures may be off by at first where they come near the tolerance in steps, linear radiance.
@@ -49,6 +51,10 @@ enum Stage {
     Refining,
 }
 
+/// The order in which pixels are gone through, each once: made when it is first needed, since pictures that one sample of each pixel is
+/// good enough for need none.
+type Sequence = LazyCell<Vec<u32>, Box<dyn FnOnce() -> Vec<u32>>>;
+
 /// Decides sample by sample, for a picture and a tolerance.
 #[derive(Debug)]
 pub struct Sampler {
@@ -58,17 +64,19 @@ pub struct Sampler {
     /// The highest level of a pixel.
     most: u32,
     /// All pixels in the order in which they are ordered.
-    sequence: Vec<u32>,
-    pixels: Vec<Pixel>,
-    groups: Vec<Groups>,
+    sequence: Sequence,
+    pixels: Pixels,
     stage: Stage,
     round: Round,
+    /// All pixels come near the tolerance together.
+    is_stepwise: bool,
     is_done: bool,
-    /// Standard error of each pixel, as of the last round, as it is before and after calibration.
-    raw_errors: Vec<f32>,
+    /// Standard error of each pixel, as of the last round.
     errors: Vec<f32>,
-    /// Of each pixel, as of the last round.
-    standings: Vec<Standing>,
+    /// What calibration has multiplied them by, at each level.
+    factors: [f32; LEVELS],
+    /// As of the last round.
+    totals: Totals,
     calibration: Calibration,
     losses: Losses,
     /// What the picture may be off by for now, in tolerances: root mean square over its pixels.
@@ -95,7 +103,7 @@ impl Sampler {
         tolerance: Tolerance,
         most_samples: u32,
         branch_bound: f32,
-        sequence: Vec<u32>,
+        sequence: impl FnOnce() -> Vec<u32> + 'static,
     ) -> Self {
         let count = width as usize * height as usize;
         let mut sampler = Self {
@@ -103,19 +111,19 @@ impl Sampler {
             height: height as usize,
             tolerance,
             most: level_of(most_samples),
-            sequence,
-            pixels: vec![Pixel::default(); count],
-            groups: Vec::new(),
+            sequence: Sequence::new(Box::new(sequence)),
+            pixels: Pixels::new(count),
             stage: if branch_bound > 0.0 {
                 Stage::Pilot
             } else {
                 Stage::First
             },
             round: Round::default(),
+            is_stepwise: false,
             is_done: false,
-            raw_errors: vec![0.0; count],
             errors: vec![0.0; count],
-            standings: Vec::new(),
+            factors: [1.0; LEVELS],
+            totals: Totals::default(),
             calibration: Calibration::default(),
             losses: Losses::default(),
             goal: 1.0,
@@ -134,6 +142,7 @@ impl Sampler {
     /// the picture: for who may have to end before it is kept.
     #[must_use]
     pub fn stepwise(mut self) -> Self {
+        self.is_stepwise = true;
         self.goal = (FIRST_GOAL / self.first_allowed()).max(1.0);
         self.negligible *= self.goal;
         let width = self.width;
@@ -145,7 +154,9 @@ impl Sampler {
                 .count()
         };
         // Stable, so that neighbours of a class still come together.
-        self.sequence.sort_by_key(|&index| class(index));
+        let mut sequence = self.sequence.clone();
+        sequence.sort_by_key(|&index| class(index));
+        self.sequence = Sequence::new(Box::new(|| sequence));
         self.begin_round();
         self
     }
@@ -179,7 +190,22 @@ impl Sampler {
     /// Takes what has come of an order. Those of a pixel have to come back in their order.
     pub fn take(&mut self, order: &Order, sampled: Sampled) {
         if let Some(only) = self.round.take(order, sampled) {
-            self.pixels[order.pixel as usize].add_sample(only);
+            self.pixels.add_sample(order.pixel as usize, only);
+        }
+    }
+
+    /// Instead of orders: each pixel is to take its first sample, and this may be left out of them. `None` as soon as
+    /// [`Self::first_samples`] has had all of them.
+    #[must_use]
+    pub fn takes_all(&self) -> Option<Negligible> {
+        self.round.of_all_with()
+    }
+
+    /// Takes first samples, while [`Self::takes_all`] says so.
+    pub fn first_samples(&mut self) -> FirstSamples<'_> {
+        FirstSamples {
+            pixels: self.pixels.singles(),
+            left: self.round.left(),
         }
     }
 
@@ -206,26 +232,25 @@ impl Sampler {
         self.stage != Stage::Pilot
     }
 
-    fn allowed(&self, radiance: [f32; 3]) -> f32 {
-        self.tolerance.allowed(radiance).max(LEAST_ALLOWED)
-    }
-
-    fn standing(&self, index: usize, pixel: &Pixel) -> Standing {
-        let allowed = self.allowed(pixel.radiance());
+    fn standing(&self, index: usize) -> Standing {
+        let allowed = self.tolerance.allowed(self.pixels.radiance()[index]);
         Standing {
             error: self.errors[index] / allowed,
-            lost: pixel.lost() / allowed,
-            samples: pixel.count,
-            rays: pixel.rays.max(1),
+            lost: self.pixels.lost(index) / allowed,
             allowed,
         }
     }
 
-    fn stand(&self) -> Vec<Standing> {
-        let pixels = self.pixels.iter().enumerate();
-        pixels
-            .map(|(index, pixel)| self.standing(index, pixel))
-            .collect()
+    fn standings(&self) -> impl ExactSizeIterator<Item = Standing> {
+        (0..self.pixels.len()).map(|index| self.standing(index))
+    }
+
+    /// What refining a pixel would change, and cost.
+    fn candidate(&self, index: usize, standing: Standing) -> Candidate {
+        Candidate {
+            square: standing.error * standing.error,
+            rays: self.pixels.rays(index).max(1),
+        }
     }
 
     /// Chooses the pixels that are refined next.
@@ -235,10 +260,6 @@ impl Sampler {
             Stage::First => self.all_others(),
             Stage::Refining => Round::new(self.refinements()),
         };
-    }
-
-    fn pixel(&self, index: u32) -> &Pixel {
-        &self.pixels[index as usize]
     }
 
     /// A few pixels all over the picture, which say how much samples lose.
@@ -265,7 +286,11 @@ impl Sampler {
     /// A sample of each pixel that has none.
     fn all_others(&self) -> Round {
         let negligible = Negligible::below(self.negligible * self.first_allowed());
-        let without = |index: &u32| self.pixel(*index).count == 0;
+        let has_pilots = self.branch_bound > 0.0;
+        if !has_pilots && !self.is_stepwise {
+            return Round::of_all(self.pixels.len(), negligible);
+        }
+        let without = |index: &u32| self.pixels.count(*index as usize) == 0;
         Round::of_singles(
             self.sequence.iter().copied().filter(without).collect(),
             negligible,
@@ -274,22 +299,23 @@ impl Sampler {
 
     /// Of pixels that all have a sample, those that need more, if the picture does.
     fn refinements(&self) -> Vec<Refinement> {
-        let standings = &self.standings;
         let goal = f64::from(self.goal);
-        if root_mean_square(standings.iter().map(|standing| standing.total())) <= goal {
+        // With one sample each, pixels have all that they may have.
+        let is_final = self.most == 0 && self.totals.lost() <= goal;
+        if self.totals.all() <= goal || is_final {
             return Vec::new();
         }
-        let lost = root_mean_square(standings.iter().map(|standing| standing.lost));
+        let lost = self.totals.lost();
         let most_lost = f64::from(MOST_LOSS) * goal;
         let wanted = MARGIN * (goal.powi(2) - lost.min(most_lost).powi(2));
-        let candidates = standings.iter().map(|standing| {
-            let is_final = level_after(standing.samples) > self.most;
-            (standing.candidate(), is_final)
+        let candidates = (0..).zip(self.standings()).map(|(index, standing)| {
+            let is_final = level_after(self.pixels.count(index)) > self.most;
+            (self.candidate(index, standing), is_final)
         });
-        let threshold = threshold(candidates, wanted * standings.len() as f64);
+        let threshold = threshold(candidates, wanted * self.pixels.len() as f64);
         let chosen = |&index: &u32| {
-            let standing = standings[index as usize];
-            let worth = standing.candidate().worth();
+            let standing = self.standing(index as usize);
+            let worth = self.candidate(index as usize, standing).worth();
             let is_wanted = threshold.is_some_and(|threshold| worth > threshold);
             let refined = is_wanted
                 .then(|| self.next_level(index, standing))
@@ -301,10 +327,11 @@ impl Sampler {
     }
 
     fn next_level(&self, index: u32, standing: Standing) -> Option<Refinement> {
-        let level = level_after(standing.samples);
+        let samples = self.pixels.count(index as usize);
+        let level = level_after(samples);
         (level <= self.most).then(|| Refinement {
             level,
-            kept: standing.samples,
+            kept: samples,
             ..Refinement::first(index, Negligible::below(self.negligible * standing.allowed))
         })
     }
@@ -312,8 +339,9 @@ impl Sampler {
     /// A pixel's only sample once more, if it has lost too much.
     fn retake(&self, index: u32, standing: Standing) -> Option<Refinement> {
         let wanted = LOSS_SHARE * self.goal;
-        let pixel = self.pixel(index);
-        if pixel.count != 1 || pixel.retakes >= MOST_RETAKES || standing.lost <= wanted {
+        let pixel = index as usize;
+        let may_be = self.pixels.count(pixel) == 1 && self.pixels.retakes(pixel) < MOST_RETAKES;
+        if !may_be || standing.lost <= wanted {
             return None;
         }
         let negligible = self.negligible * correction(standing.lost, wanted) * standing.allowed;
@@ -330,7 +358,7 @@ impl Sampler {
             }
             Stage::First | Stage::Refining => {
                 self.stage = Stage::Refining;
-                root_mean_square(self.standings.iter().map(|standing| standing.lost)) as f32
+                self.totals.lost() as f32
             }
         };
         let negligible = self.negligible * correction(lost, wanted);
@@ -351,27 +379,29 @@ impl Sampler {
         self.branch_scale = if scale > 0.0 { scale } else { before };
         let factor = self.branch_scale / before;
         self.negligible *= factor;
-        self.pixels
-            .iter_mut()
-            .for_each(|pixel| pixel.scale_loss(factor));
+        self.pixels.scale_losses(factor);
         let lost = factor * self.losses.said_before() / self.first_allowed();
         self.assumed = self.dark_radiance();
         lost
     }
 
+    /// Radiance of the pixels that have a sample.
+    fn taken(&self) -> impl Iterator<Item = [f32; 3]> {
+        let all = self.pixels.radiance().iter().enumerate();
+        let taken = all.filter(|&(index, _)| self.pixels.count(index) > 0);
+        taken.map(|(_, &radiance)| radiance)
+    }
+
     /// What camera rays bring: root mean square over the pixels that have a sample.
     fn brought_to_camera(&self) -> f32 {
-        let taken = self.pixels.iter().filter(|pixel| pixel.count > 0);
-        let radiance = taken.map(Pixel::radiance);
-        root_mean_square(radiance.map(|color| over_channels(|channel| color[channel]))) as f32
+        let radiance = self.taken();
+        root_mean_square(radiance.map(over_channels)) as f32
     }
 
     /// A quarter of the pixels that have a sample are darker, largest channel.
     fn dark_radiance(&self) -> f32 {
-        let taken = self.pixels.iter().filter(|pixel| pixel.count > 0);
-        let mut found: Vec<f32> = taken
-            .map(|pixel| pixel.radiance().into_iter().fold(0.0, f32::max))
-            .collect();
+        let largest = |color: [f32; 3]| color.into_iter().fold(0.0, f32::max);
+        let mut found: Vec<f32> = self.taken().map(largest).collect();
         let rank = found.len() / 4;
         match found.len() {
             0 => self.assumed,
@@ -381,157 +411,175 @@ impl Sampler {
 
     /// What a pixel may be off by of which nothing is known yet.
     fn first_allowed(&self) -> f32 {
-        self.allowed([self.assumed; 3])
+        self.tolerance.allowed([self.assumed; 3])
     }
 
     /// Adds what the round has brought, of pixels that have all of it.
     fn end_round(&mut self) {
         let round = std::mem::take(&mut self.round);
+        if round.has_taken_all() {
+            self.pixels.have_one_each();
+        }
         for refinement in round.into_refinements() {
             if !refinement.is_complete() {
                 continue;
             }
-            match (refinement.level, self.pixel(refinement.pixel).count) {
-                (0, 0) => self.pixels[refinement.pixel as usize].add(&refinement.brought),
-                (0, _) => self.replace(&refinement),
+            match refinement.level {
+                0 => self.retake_sample(&refinement),
                 _ => self.refine(&refinement),
             }
         }
         if self.stage != Stage::Pilot {
             self.estimate();
-            self.standings = self.stand();
         }
     }
 
-    /// Puts a sample in the place of a pixel's only one.
-    fn replace(&mut self, refinement: &Refinement) {
-        let pixel = &mut self.pixels[refinement.pixel as usize];
-        let (before, lost) = (pixel.radiance(), pixel.lost());
-        pixel.retake(&refinement.brought);
-        if self.stage == Stage::Pilot {
-            let found = difference(before, pixel.radiance());
-            self.losses.learn(lost, lost - pixel.lost(), found);
+    /// Puts a sample in the place of a pixel's only one, or of none.
+    fn retake_sample(&mut self, refinement: &Refinement) {
+        let index = refinement.pixel as usize;
+        let is_second = self.pixels.count(index) > 0;
+        let (before, lost) = (self.pixels.radiance()[index], self.pixels.lost(index));
+        self.pixels.retake(index, &refinement.brought);
+        if self.stage == Stage::Pilot && is_second {
+            let found = difference(before, self.pixels.radiance()[index]);
+            let less = lost - self.pixels.lost(index);
+            self.losses.learn(lost, less, found);
         }
     }
 
     fn refine(&mut self, refinement: &Refinement) {
-        let pixel = &mut self.pixels[refinement.pixel as usize];
-        let (level, brought) = (refinement.level, &refinement.brought);
-        let before = pixel.radiance();
-        let index = *pixel.refined.get_or_insert_with(|| {
-            self.groups.push(Groups::default());
-            (self.groups.len() - 1) as u32
-        });
-        self.groups[index as usize].add(level, brought);
-        pixel.add(brought);
-        let change = difference(before, pixel.radiance());
-        let said = self.raw_errors[refinement.pixel as usize];
+        let index = refinement.pixel as usize;
+        let before = self.pixels.radiance()[index];
+        let level = refinement.level;
+        self.pixels.refine(index, level, &refinement.brought);
+        let change = difference(before, self.pixels.radiance()[index]);
+        let said = self.errors[index] / self.factors[(level as usize - 1).min(LEVELS - 1)];
         self.calibration.learn(level - 1, said, change);
     }
 
     fn estimate(&mut self) {
-        let means: Vec<_> = self.pixels.iter().map(Pixel::radiance).collect();
+        self.factors = self.calibration.factors();
         let picture = Picture {
             width: self.width,
             height: self.height,
             pixels: &self.pixels,
-            groups: &self.groups,
-            means: &means,
+            factors: self.factors,
         };
-        let rows = self.raw_errors.chunks_mut(self.width.max(1));
-        rows.enumerate().for_each(|(y, row)| {
-            for (x, error) in row.iter_mut().enumerate() {
-                *error = picture.standard_error(x, y);
-            }
-        });
-        let factors = self.calibration.factors();
-        let pixels = self.raw_errors.iter().zip(&self.pixels);
-        let errors = self.errors.iter_mut().zip(pixels);
-        errors.for_each(|(error, (raw, pixel))| {
-            let level = level_of(pixel.count) as usize;
-            *error = raw * factors[level.min(factors.len() - 1)];
-        });
+        picture.standard_errors(&mut self.errors);
+        self.totals = Totals::of(&self.errors, &self.pixels, self.tolerance);
     }
 
-    /// Ends sampling, with what there is: mean radiance and alpha of each pixel.
-    pub fn finish(&mut self) -> Vec<[f32; 4]> {
+    /// Ends sampling, with what there is.
+    #[must_use]
+    pub fn finish(mut self) -> Finished {
         if !self.is_done {
             self.end_round();
+            if self.stage == Stage::Pilot {
+                self.estimate();
+            }
         }
-        let mut means: Vec<_> = self.pixels.iter().map(Pixel::mean).collect();
-        if self.pixels.iter().any(|pixel| pixel.count == 0) {
-            self.fill(&mut means);
+        if self.totals.unsampled() > 0 {
+            self.fill();
+            self.totals = Totals::of(&self.errors, &self.pixels, self.tolerance);
         }
-        means
+        let report = self.totals.report(self.branch_scale);
+        let Lists {
+            radiance,
+            alpha,
+            lost,
+            rays,
+            counts,
+        } = self.pixels.into_lists();
+        Finished {
+            radiance,
+            alpha,
+            rays,
+            estimates: Estimates {
+                dropped: lost,
+                sampling: self.errors,
+                samples: counts,
+            },
+            report,
+        }
     }
 
     /// Gives pixels without a sample what one shows that is near. Of what they are off by nothing is known but how pixels differ.
-    fn fill(&mut self, means: &mut [[f32; 4]]) {
-        let sampled = |pixel: &Pixel| pixel.count > 0;
-        let values = self
-            .pixels
-            .iter()
-            .zip(means.iter())
-            .filter(|(pixel, _)| sampled(pixel));
+    fn fill(&mut self) {
+        let sampled: Vec<bool> = (0..self.pixels.len())
+            .map(|index| self.pixels.count(index) > 0)
+            .collect();
+        let values = (0..sampled.len())
+            .filter(|&index| sampled[index])
+            .map(|index| self.pixels.mean(index));
+        let count = values.clone().count();
         let average = |channel: usize| {
-            let values = values.clone().map(|(_, mean)| f64::from(mean[channel]));
-            let (sum, count) =
-                values.fold((0.0, 0_u64), |(sum, count), value| (sum + value, count + 1));
+            let sum: f64 = values.clone().map(|mean| f64::from(mean[channel])).sum();
             (sum / count.max(1) as f64) as f32
         };
         let middle = [0, 1, 2, 3].map(average);
         let deviations = values
             .clone()
-            .map(|(_, mean)| over_channels(|c| mean[c] - middle[c]));
-        let spread = match values.clone().next() {
-            Some(_) => root_mean_square(deviations) as f32,
-            None => 1.0,
+            .map(|[r, g, b, _]| difference([r, g, b], [middle[0], middle[1], middle[2]]));
+        let spread = match count {
+            0 => 1.0,
+            _ => root_mean_square(deviations) as f32,
         };
-        for index in 0..self.pixels.len() {
-            if sampled(&self.pixels[index]) {
+        for index in 0..sampled.len() {
+            if sampled[index] {
                 continue;
             }
-            let (x, y) = (index % self.width, index / self.width);
-            // The classes of `stepwise`, and pilots.
-            let near = [2, 4, 8].map(|step| (y - y % step) * self.width + x - x % step);
-            let pilot = |step: usize| {
-                let at = |place: usize, end: usize| (place - place % step + step / 2).min(end - 1);
-                at(y, self.height) * self.width + at(x, self.width)
-            };
-            let near = near
-                .into_iter()
-                .chain([pilot(PILOT_STEP / 2), pilot(PILOT_STEP)]);
-            let found = near.into_iter().find(|&near| sampled(&self.pixels[near]));
-            means[index] = found.map_or(middle, |near| means[near]);
+            let near = self.near(index).into_iter().find(|&near| sampled[near]);
+            let shown = near.map_or(middle, |near| self.pixels.mean(near));
+            self.pixels.show(index, shown);
             self.errors[index] = spread;
         }
     }
 
-    /// What each pixel is said to be off by, and what it took.
-    #[must_use]
-    pub fn estimates(&self) -> Estimates {
-        Estimates {
-            dropped: self.pixels.iter().map(Pixel::lost).collect(),
-            sampling: self.errors.clone(),
-            samples: self.pixels.iter().map(|pixel| pixel.count).collect(),
-        }
-    }
-
-    /// Rays of each pixel.
-    #[must_use]
-    pub fn rays(&self) -> Vec<u32> {
-        self.pixels.iter().map(|pixel| pixel.rays).collect()
-    }
-
-    /// What was achieved.
-    #[must_use]
-    pub fn report(&self) -> ErrorReport {
-        ErrorReport::of(&self.stand(), self.branch_scale)
+    /// Pixels near a pixel that got their first sample early: the classes of [`Self::stepwise`], and pilots.
+    fn near(&self, index: usize) -> [usize; 5] {
+        let (x, y) = (index % self.width, index / self.width);
+        let first = |step: usize| (y - y % step) * self.width + x - x % step;
+        let pilot = |step: usize| {
+            let at = |place: usize, end: usize| (place - place % step + step / 2).min(end - 1);
+            at(y, self.height) * self.width + at(x, self.width)
+        };
+        let pilots = [PILOT_STEP / 2, PILOT_STEP].map(pilot);
+        [first(2), first(4), first(8), pilots[0], pilots[1]]
     }
 }
 
+/// Takes the first samples of pixels, one after the other.
+pub struct FirstSamples<'s> {
+    pixels: Singles<'s>,
+    left: &'s mut u64,
+}
+
+impl FirstSamples<'_> {
+    /// Takes that of a pixel, which has none.
+    #[inline]
+    pub fn take(&mut self, pixel: usize, sampled: Sampled) {
+        *self.left -= 1;
+        self.pixels.add(pixel, sampled);
+    }
+}
+
+/// A picture whose sampling has ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finished {
+    /// Mean of each pixel's samples.
+    pub radiance: Vec<[f32; 3]>,
+    /// Coverage: mean, 0 to 1 but for rounding.
+    pub alpha: Vec<f32>,
+    /// Rays that each pixel took.
+    pub rays: Vec<u32>,
+    /// What each pixel is said to be off by, and its samples.
+    pub estimates: Estimates,
+    /// What was achieved.
+    pub report: ErrorReport,
+}
+
 fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
-    over_channels(|channel| a[channel] - b[channel])
+    over_channels([0, 1, 2].map(|channel| a[channel] - b[channel]))
 }
 
 #[cfg(test)]

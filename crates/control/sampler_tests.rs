@@ -42,7 +42,8 @@ fn dots(x: f64, y: f64) -> f32 {
 }
 
 struct Outcome {
-    picture: Vec<[f32; 4]>,
+    radiance: Vec<[f32; 3]>,
+    alpha: Vec<f32>,
     report: ErrorReport,
     orders: u64,
 }
@@ -51,37 +52,51 @@ struct Outcome {
 fn run(mut sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcome {
     let pattern = progressive_pattern(MOST);
     let mut orders_taken = 0;
+    let sampled = |pixel: u32, sample: u32| {
+        let [dx, dy] = pattern[sample as usize].map(f64::from);
+        let (x, y) = (f64::from(pixel % SIDE), f64::from(pixel / SIDE));
+        let value = scene(x + 0.5 + dx, y + 0.5 + dy);
+        Sampled {
+            radiance: [value, value, value, 1.0],
+            lost: 0.0,
+            rays: 1,
+        }
+    };
+    if sampler.takes_all().is_some() {
+        let mut first = sampler.first_samples();
+        (0..SIDE * SIDE).for_each(|pixel| first.take(pixel as usize, sampled(pixel, 0)));
+        orders_taken += u64::from(SIDE * SIDE);
+    }
     loop {
         let orders = sampler.next_orders(at_once);
         if orders.is_empty() || orders_taken >= limit {
             break;
         }
         for order in &orders {
-            let [dx, dy] = pattern[order.sample as usize].map(f64::from);
-            let (x, y) = (f64::from(order.pixel % SIDE), f64::from(order.pixel / SIDE));
-            let value = scene(x + 0.5 + dx, y + 0.5 + dy);
-            let sampled = Sampled {
-                radiance: [value, value, value, 1.0],
-                lost: 0.0,
-                rays: 1,
-            };
-            sampler.take(order, sampled);
+            sampler.take(order, sampled(order.pixel, order.sample));
             orders_taken += 1;
         }
     }
+    let Finished {
+        radiance,
+        alpha,
+        report,
+        ..
+    } = sampler.finish();
     Outcome {
-        picture: sampler.finish(),
-        report: sampler.report(),
+        radiance,
+        alpha,
+        report,
         orders: orders_taken,
     }
 }
 
 fn sampler(tolerance: f32, most: u32) -> Sampler {
-    let all = (0..SIDE * SIDE).collect();
+    let all = || (0..SIDE * SIDE).collect();
     Sampler::new((SIDE, SIDE), Tolerance::absolute(tolerance), most, 0.0, all)
 }
 
-fn true_rmse(scene: Scene, picture: &[[f32; 4]]) -> f64 {
+fn true_rmse(scene: Scene, picture: &[[f32; 3]]) -> f64 {
     let pattern = raytree_film::sample_pattern(2025);
     let errors = picture.iter().zip(0..).map(|(found, index)| {
         let (x, y) = (f64::from(index % SIDE), f64::from(index / SIDE));
@@ -105,9 +120,9 @@ fn the_tolerance_is_kept_and_the_estimate_is_above_the_error() {
     for (name, scene, tolerances) in cases {
         for &tolerance in tolerances {
             let Outcome {
-                picture, report, ..
+                radiance, report, ..
             } = run(sampler(tolerance, MOST), scene, 1000, u64::MAX);
-            let error = true_rmse(scene, &picture);
+            let error = true_rmse(scene, &radiance);
             assert!(report.keeps_tolerance(), "{name} {tolerance}: {report:?}");
             assert!(error <= f64::from(tolerance), "{name} {tolerance}: {error}");
             let effectivity = report.estimated_rmse / error;
@@ -146,7 +161,10 @@ fn the_picture_does_not_depend_on_portions() {
     for at_once in [1, 7, 640] {
         let portions = run(sampler(0.02, MOST), checkers, at_once, u64::MAX);
         // Thousands of numbers are no message.
-        assert!(portions.picture == all.picture, "portions of {at_once}");
+        assert!(
+            portions.radiance == all.radiance && portions.alpha == all.alpha,
+            "portions of {at_once}"
+        );
         assert_eq!(portions.report, all.report);
         assert_eq!(portions.orders, all.orders);
     }
@@ -165,7 +183,10 @@ fn who_may_not_take_enough_samples_says_so() {
 fn there_is_a_picture_however_early_it_ends() {
     for limit in [0, 10, 200, 1200] {
         let Outcome {
-            picture, report, ..
+            radiance,
+            alpha,
+            report,
+            ..
         } = run(sampler(1e-6, MOST).stepwise(), edge, 10, limit);
         assert_eq!(
             report.unsampled,
@@ -173,8 +194,8 @@ fn there_is_a_picture_however_early_it_ends() {
         );
         assert!(!report.keeps_tolerance());
         if limit >= 200 {
-            assert!(picture.iter().all(|pixel| pixel[3] == 1.0), "{limit}");
-            let error = true_rmse(edge, &picture);
+            assert!(alpha.iter().all(|&alpha| alpha == 1.0), "{limit}");
+            let error = true_rmse(edge, &radiance);
             assert!(
                 error < 0.35 && report.estimated_rmse > 0.5 * error,
                 "{limit}: {error}, {report:?}"
@@ -188,7 +209,7 @@ fn there_is_a_picture_however_early_it_ends() {
 fn steps_lead_to_the_tolerance() {
     let errors = [3000, 12_000, 50_000].map(|limit| {
         let outcome = run(sampler(1e-3, MOST).stepwise(), checkers, 500, limit);
-        true_rmse(checkers, &outcome.picture)
+        true_rmse(checkers, &outcome.radiance)
     });
     assert!(
         errors[0] > 1.5 * errors[1] && errors[1] > 1.5 * errors[2],
@@ -199,7 +220,7 @@ fn steps_lead_to_the_tolerance() {
 /// Samples that lose half of what they are allowed, of branches that bring a tenth of the most that they could.
 #[test]
 fn what_branches_bring_is_found_out() {
-    let all = (0..SIDE * SIDE).collect();
+    let all = || (0..SIDE * SIDE).collect();
     let mut sampler = Sampler::new((SIDE, SIDE), Tolerance::absolute(0.1), MOST, 1.0, all);
     loop {
         let orders = sampler.next_orders(100);
@@ -218,13 +239,9 @@ fn what_branches_bring_is_found_out() {
             sampler.take(order, sampled);
         }
     }
-    sampler.finish();
-    assert!(
-        (sampler.branch_scale() - 0.2).abs() < 0.01,
-        "{}",
-        sampler.branch_scale()
-    );
-    let report = sampler.report();
+    let scale = sampler.branch_scale();
+    assert!((scale - 0.2).abs() < 0.01, "{scale}");
+    let report = sampler.finish().report;
     assert!(
         report.lost_rmse > 0.0 && report.keeps_tolerance(),
         "{report:?}"

@@ -1,10 +1,5 @@
 //! How far a pixel is off, in tolerances.
 
-use crate::allocation::Candidate;
-
-/// No tolerance is less, linear radiance.
-pub(crate) const LEAST_ALLOWED: f32 = 1e-9;
-
 /// A pixel as it is judged.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing {
@@ -12,24 +7,13 @@ pub(crate) struct Standing {
     pub(crate) error: f32,
     /// What was left out of them.
     pub(crate) lost: f32,
-    pub(crate) samples: u32,
-    pub(crate) rays: u32,
     /// The tolerance, linear radiance.
     pub(crate) allowed: f32,
 }
 
-impl Standing {
-    pub(crate) fn candidate(self) -> Candidate {
-        Candidate {
-            square: self.error * self.error,
-            rays: self.rays,
-        }
-    }
-
-    /// Both parts have nothing to do with each other, so that their squares add up.
-    pub(crate) fn total(self) -> f32 {
-        self.error.hypot(self.lost)
-    }
+/// Without the care that `f32::max` takes of NaN, which keeps compilers from working on many at once.
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// Over pixels.

@@ -9,6 +9,9 @@ pub(crate) const LOSS_SHARE: f32 = 0.5;
 /// error of renderers).
 const LEAST_RADIANCE: f32 = 0.01;
 
+/// No tolerance is less, linear radiance.
+const LEAST_ALLOWED: f32 = 1e-9;
+
 /// How far a picture may be off: the root mean square over its pixels and channels of what each is off by, in linear radiance (the
 /// display's white is 1). In units of `absolute` plus `relative` times the pixel's own radiance, as ODE solvers have it. At least 0
 /// each.
@@ -49,6 +52,11 @@ impl Tolerance {
     #[must_use]
     pub fn allowed(self, radiance: [f32; 3]) -> f32 {
         let largest = radiance.into_iter().fold(0.0, f32::max);
-        self.absolute + self.relative * largest
+        (self.absolute + self.relative * largest).max(LEAST_ALLOWED)
+    }
+
+    /// The unit for all pixels, where it does not depend on them.
+    pub(crate) fn uniform(self) -> Option<f32> {
+        (self.relative == 0.0).then(|| self.allowed([0.0; 3]))
     }
 }

@@ -8,8 +8,8 @@ use std::{
 
 use bytemuck::cast_slice;
 use glam::Vec3;
-use raytree_control::{Order, Sampled, Sampler, Tolerance};
-use raytree_film::Film;
+use raytree_control::{Negligible, Order, Sampled, Sampler, Tolerance};
+use raytree_film::{Film, progressive_pattern};
 
 use crate::{
     batch::{Batch, TILE_PIXELS, Tiling, spreading_stride},
@@ -32,9 +32,24 @@ pub(crate) const BUDGET_MOST: u32 = 0xff_ffff;
 const LANES: usize = TILE_PIXELS as usize;
 
 /// Samples that are taken at once, and come back as slots.
-struct Taking {
-    orders: Vec<Order>,
-    slots: SlotsComing,
+enum Taking {
+    /// The first of a batch's pixels.
+    First(Batch, SlotsComing),
+    Orders(Vec<Order>, SlotsComing),
+}
+
+/// Where in a pixel samples lie, as far as they were asked for.
+#[derive(Default)]
+struct Pattern(Vec<[f32; 2]>);
+
+impl Pattern {
+    /// Offset from the pixel's middle, pixels.
+    fn offset(&mut self, sample: u32) -> [f32; 2] {
+        if sample as usize >= self.0.len() {
+            self.0 = progressive_pattern((sample + 1).next_power_of_two() + 1);
+        }
+        self.0[sample as usize]
+    }
 }
 
 impl Prepared<'_> {
@@ -45,60 +60,31 @@ impl Prepared<'_> {
         counters: &mut Counters,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Taken, RenderError> {
-        let mut sampler = self.sampler(tolerance);
-        let region = self.settings.visible_region();
-        let pixels = u64::from(region.width) * u64::from(region.height);
-        let mut pace = Pace::of(self.settings.deadline, pixels);
-        let mut dropped = Dropped::default();
-        let mut iterations = 0;
-        // Its samples are added up while the device works on the next ones.
-        let mut before: Option<Taking> = None;
-        loop {
-            sampler.decide();
-            let most = pace.affordable(self.plan.slots as usize);
-            let orders = if most == 0 {
-                Vec::new()
-            } else {
-                sampler.next_orders(most)
-            };
-            if orders.is_empty() {
-                let Some(taking) = before.take() else {
-                    break;
-                };
-                self.add_up(&taking, &mut sampler, &mut dropped)?;
-                continue;
-            }
-            let started = Instant::now();
-            let frame = self.place(&orders, &sampler);
-            let finished = sampler.finished();
-            let progress = |_| match observer(Progress { finished }) {
-                ControlFlow::Break(()) => Err(RenderError::Cancelled),
-                ControlFlow::Continue(()) => Ok(()),
-            };
-            let meanwhile = || match before.take() {
-                Some(taking) => self.add_up(&taking, &mut sampler, &mut dropped),
-                None => Ok(()),
-            };
-            iterations += self
-                .wavefront
-                .run(self.device, &frame, counters, progress, meanwhile)?;
-            pace.took(orders.len(), started.elapsed());
-            let slots = self.wavefront.fetch_slots(self.device, frame.slot_count);
-            before = Some(Taking { orders, slots });
+        let mut sampling = Sampling {
+            prepared: self,
+            sampler: self.sampler(tolerance),
+            pattern: Pattern::default(),
+            dropped: Dropped::default(),
+            iterations: 0,
+            before: None,
+        };
+        if let Some(negligible) = sampling.sampler.takes_all() {
+            sampling.take_all(negligible, counters, observer)?;
         }
-        Ok(self.develop(&mut sampler, dropped, iterations))
+        sampling.take_orders(counters, observer)?;
+        Ok(sampling.develop())
     }
 
     fn sampler(&self, tolerance: Tolerance) -> Sampler {
         let region = self.settings.visible_region();
         let size = (region.width, region.height);
-        let tiles = self.plan.tiling.tiles;
+        let tiling = self.plan.tiling;
         // Where time may end it, tiles that follow each other lie apart, so that there is something of all of the picture.
         let stride = match self.settings.deadline {
-            Some(_) => spreading_stride(tiles),
+            Some(_) => spreading_stride(tiling.tiles),
             None => 1,
         };
-        let sequence = pixels_by_tile(self.plan.tiling, stride);
+        let sequence = move || pixels_by_tile(tiling, stride);
         let bound = Vec3::from(self.plan.frame.branch_bound);
         // Its square may be beyond f32.
         let bound = (bound.as_dvec3().length() / 3.0_f64.sqrt()) as f32;
@@ -109,78 +95,194 @@ impl Prepared<'_> {
             None => sampler,
         }
     }
+}
 
-    /// Hands orders to the device; the frame in which they are carried out.
-    fn place(&self, orders: &[Order], sampler: &Sampler) -> Frame {
-        let width = self.settings.visible_region().width;
-        let placing = Placing::of(orders.len());
-        let words: Vec<[u32; 4]> = (0..orders.len())
-            .map(|slot| {
-                let order = orders[placing.order_of(slot)];
-                let (x, y) = (order.pixel % width, order.pixel / width);
-                [x, y, order.sample, order.negligible.code()]
-            })
-            .collect();
-        self.wavefront
-            .write(self.device, "state", cast_slice(&words));
-        let bound = Vec3::from(self.plan.frame.branch_bound);
-        Frame {
-            slot_count: (orders.len() as u32).next_multiple_of(TILE_PIXELS),
-            order_count: orders.len() as u32,
-            branch_bound: (sampler.branch_scale() * bound).to_array(),
-            light_share: if sampler.may_leave_out_lights() {
-                1.0
-            } else {
-                0.0
-            },
-            ..self.plan.frame
-        }
-    }
+/// A picture in the making.
+struct Sampling<'p> {
+    prepared: &'p Prepared<'p>,
+    sampler: Sampler,
+    pattern: Pattern,
+    dropped: Dropped,
+    iterations: u32,
+    /// What the device was told last: added up while it works on the next.
+    before: Option<Taking>,
+}
 
-    /// Waits for samples and adds them up, each pixel's in their order.
-    fn add_up(
-        &self,
-        taking: &Taking,
-        sampler: &mut Sampler,
-        dropped: &mut Dropped,
+impl Sampling<'_> {
+    /// Each pixel's first sample, batch by batch.
+    fn take_all(
+        &mut self,
+        negligible: Negligible,
+        counters: &mut Counters,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<(), RenderError> {
-        let count = taking.orders.len();
-        let placing = Placing::of(count);
-        let mut slots = vec![Slot::default(); count];
-        taking.slots.each(self.device, |slot, found| {
-            if slot < count {
-                slots[placing.order_of(slot)] = found;
-            }
-        })?;
-        for (order, slot) in taking.orders.iter().zip(slots) {
-            // As `packed_counts` of shaders/tolerance.wgsl has it.
-            dropped.storage += u64::from(slot.common_rays >> STORAGE_SHIFT);
-            dropped.budget += u64::from(slot.dropped_storage & BUDGET_MOST);
-            let sampled = Sampled {
-                radiance: slot.radiance,
-                lost: f32::from_bits(slot.dropped_budget),
-                rays: slot.rays,
+        let plan = &self.prepared.plan;
+        for &batch in &plan.batches {
+            let frame = Frame {
+                negligible: negligible.code(),
+                ..plan.frame_of(batch)
             };
-            sampler.take(order, sampled);
+            let slots = self.run(frame, counters, |finished| {
+                plan.tell(observer, batch, finished)
+            })?;
+            self.before = Some(Taking::First(batch, slots));
         }
         Ok(())
     }
 
-    fn develop(&self, sampler: &mut Sampler, dropped: Dropped, iterations: u32) -> Taken {
-        let region = self.settings.visible_region();
-        let mut film = Film::windowed(region.width, region.height, self.settings.window());
-        for (pixel, [r, g, b, alpha]) in sampler.finish().into_iter().enumerate() {
-            film.radiance[pixel] = [r, g, b];
-            film.alpha[pixel] = alpha.clamp(0.0, 1.0);
+    /// What is ordered, until nothing is.
+    fn take_orders(
+        &mut self,
+        counters: &mut Counters,
+        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(), RenderError> {
+        let region = self.prepared.settings.visible_region();
+        let pixels = u64::from(region.width) * u64::from(region.height);
+        let mut pace = Pace::of(self.prepared.settings.deadline, pixels);
+        loop {
+            self.sampler.decide();
+            let most = pace.affordable(self.prepared.plan.slots as usize);
+            let orders = if most == 0 {
+                Vec::new()
+            } else {
+                self.sampler.next_orders(most)
+            };
+            if orders.is_empty() {
+                let Some(taking) = self.before.take() else {
+                    return Ok(());
+                };
+                self.add_up(&taking)?;
+                continue;
+            }
+            let started = Instant::now();
+            let frame = self.place(&orders);
+            let finished = self.sampler.finished();
+            let progress = |_| match observer(Progress { finished }) {
+                ControlFlow::Break(()) => Err(RenderError::Cancelled),
+                ControlFlow::Continue(()) => Ok(()),
+            };
+            let slots = self.run(frame, counters, progress)?;
+            pace.took(orders.len(), started.elapsed());
+            self.before = Some(Taking::Orders(orders, slots));
         }
-        film.estimates = Some(sampler.estimates());
+    }
+
+    /// Has the device take samples, and adds up those before.
+    fn run(
+        &mut self,
+        frame: Frame,
+        counters: &mut Counters,
+        progress: impl FnMut(f64) -> Result<(), RenderError>,
+    ) -> Result<SlotsComing, RenderError> {
+        let Prepared {
+            device, wavefront, ..
+        } = self.prepared;
+        let frame = with_scale(frame, &self.sampler);
+        let meanwhile = || match self.before.take() {
+            Some(taking) => self.add_up(&taking),
+            None => Ok(()),
+        };
+        let iterations = wavefront.run(device, &frame, counters, progress, meanwhile)?;
+        self.iterations += iterations;
+        Ok(wavefront.fetch_slots(device, frame.slot_count))
+    }
+
+    /// Hands orders to the device; the frame in which they are carried out.
+    fn place(&mut self, orders: &[Order]) -> Frame {
+        let Prepared {
+            device,
+            wavefront,
+            plan,
+            ..
+        } = self.prepared;
+        let placing = Placing::of(orders.len());
+        let words: Vec<[u32; 4]> = (0..orders.len())
+            .map(|slot| {
+                let order = orders[placing.order_of(slot)];
+                let [x, y] = self.pattern.offset(order.sample).map(f32::to_bits);
+                [order.pixel, x, y, order.negligible.code()]
+            })
+            .collect();
+        wavefront.write(device, "state", cast_slice(&words));
+        Frame {
+            slot_count: (orders.len() as u32).next_multiple_of(TILE_PIXELS),
+            order_count: orders.len() as u32,
+            ..plan.frame
+        }
+    }
+
+    /// Waits for samples and adds them up, each pixel's in their order.
+    fn add_up(&mut self, taking: &Taking) -> Result<(), RenderError> {
+        let Prepared { device, plan, .. } = self.prepared;
+        let dropped = &mut self.dropped;
+        match taking {
+            Taking::First(batch, slots) => {
+                let mut first = self.sampler.first_samples();
+                slots.each(device, |slot, found| {
+                    if let Some(pixel) = plan.tiling.pixel_of_slot(*batch, slot as u32) {
+                        first.take(pixel, sampled(found, dropped));
+                    }
+                })?;
+            }
+            Taking::Orders(orders, slots) => {
+                let placing = Placing::of(orders.len());
+                let mut found = vec![Slot::default(); orders.len()];
+                slots.each(device, |slot, come| {
+                    if slot < orders.len() {
+                        found[placing.order_of(slot)] = come;
+                    }
+                })?;
+                for (order, slot) in orders.iter().zip(found) {
+                    self.sampler.take(order, sampled(slot, dropped));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn develop(self) -> Taken {
+        let settings = self.prepared.settings;
+        let region = settings.visible_region();
+        let finished = self.sampler.finish();
+        let film = Film {
+            radiance: finished.radiance,
+            alpha: finished.alpha,
+            estimates: Some(finished.estimates),
+            ..Film::windowed(region.width, region.height, settings.window())
+        };
         Taken {
             film,
-            rays: sampler.rays(),
-            dropped,
-            iterations,
-            error: Some(sampler.report()),
+            rays: finished.rays,
+            dropped: self.dropped,
+            iterations: self.iterations,
+            error: Some(finished.report),
         }
+    }
+}
+
+/// By what branches are judged, as far as is known.
+fn with_scale(frame: Frame, sampler: &Sampler) -> Frame {
+    let bound = Vec3::from(frame.branch_bound);
+    Frame {
+        branch_bound: (sampler.branch_scale() * bound).to_array(),
+        light_share: if sampler.may_leave_out_lights() {
+            1.0
+        } else {
+            0.0
+        },
+        ..frame
+    }
+}
+
+/// What a slot says of its sample, as `packed_counts` of shaders/tolerance.wgsl has it.
+fn sampled(slot: Slot, dropped: &mut Dropped) -> Sampled {
+    dropped.storage += u64::from(slot.common_rays >> STORAGE_SHIFT);
+    dropped.budget += u64::from(slot.dropped_storage & BUDGET_MOST);
+    let [r, g, b, alpha] = slot.radiance;
+    Sampled {
+        radiance: [r, g, b, alpha.clamp(0.0, 1.0)],
+        lost: f32::from_bits(slot.dropped_budget),
+        rays: slot.rays,
     }
 }
 

@@ -8,7 +8,7 @@ use std::{
 use bytemuck::{bytes_of, cast_slice};
 use raytree_bvh::Bvh;
 use raytree_control::ErrorReport;
-use raytree_film::{Aovs, Film, progressive_pattern, sample_pattern};
+use raytree_film::{Aovs, Film, sample_pattern};
 use raytree_scene::{
     features::SceneFeatures,
     model::{Background, Scene},
@@ -355,8 +355,14 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     if settings.samples == 0 {
         return fail("a pixel needs at least one sample");
     }
-    if settings.samples > MAX_SAMPLES {
-        return fail("a pixel can have at most 8192 samples");
+    match settings.tolerance {
+        None if settings.samples > MAX_SAMPLES => {
+            return fail("a pixel can have at most 8192 samples");
+        }
+        Some(_) if settings.samples > RenderSettings::MOST_SAMPLES => {
+            return fail("with a tolerance a pixel can have at most 131073 samples");
+        }
+        _ => {}
     }
     if !(settings.min_weight >= 0.0 && settings.min_weight <= 1.0) {
         return fail("the least weight of a branch must lie between 0 and 1");
@@ -428,7 +434,8 @@ impl Plan {
         let tiles_at_once = (slots / TILE_PIXELS).max(1);
         let batches = tiling.batches(tiles_at_once);
         let samples = match settings.tolerance {
-            Some(_) => progressive_pattern(settings.samples),
+            // Orders say where.
+            Some(_) => Vec::new(),
             None => sample_pattern(settings.samples),
         };
         let mut frame = Frame {
@@ -500,7 +507,7 @@ impl Plan {
     }
 
     /// Tells how far the picture is when of a batch the share `in_batch` is finished.
-    fn tell(
+    pub(crate) fn tell(
         &self,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
         batch: Batch,

@@ -74,8 +74,8 @@ pub struct Frame {
     pub tolerance: f32,
     pub state_planes: u32,
     pub texture_kinds: u32,
+    pub negligible: u32,
     pub light_share: f32,
-    pub padding: u32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 

@@ -2,12 +2,14 @@
 
 fn has_camera_ray(slot: u32) -> bool {
     if (HAS_TOLERANCE) {
-        return slot < frame.order_count;
+        if (has_orders()) {
+            return slot < frame.order_count;
+        }
     }
     if (slot >= frame.slot_count) {
         return false;
     }
-    return inside_window(pixel_of_lane(tile_of_workgroup(slot / LIST_WORKGROUP), slot % LIST_WORKGROUP));
+    return inside_window(pixel_of_slot(slot));
 }
 
 @compute @workgroup_size(64)

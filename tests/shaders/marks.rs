@@ -168,18 +168,20 @@ pub const MARKS: &[Marks] = &[
             "traversal_slot",
         ],
     ),
-    // A slot takes the sample that it is ordered to take, not that of its pixel.
+    // Where a sample lies its order says.
     Marks {
         feature: Feature::Tolerance,
         present: &[
-            "order_of_word",
+            "has_orders",
+            "order_of",
             "take_counts",
             "packed_counts",
             "lost",
             "negligible",
             "Frame.order_count",
+            "Frame.negligible",
         ],
-        instead: &["pixel_of_lane", "inside_window", "Frame.sample"],
+        instead: &["sample_offset", "samples", "Frame.sample"],
     },
     marks(Feature::Counters, &["tally"]),
     Marks {
