@@ -7,6 +7,8 @@
 //! A pixel with its middle sample alone has nothing to compare but its neighbours' values: by how much it lies off the straight line
 //! between two that are opposite to each other. Along a smooth gradient that is nothing, and the filter is symmetric, so that
 //! its mean is the value in the middle then.
+//!
+//! Alpha is looked at like a colour, and the worse of both counts: what is dark before a transparent background has its edges there alone.
 
 use crate::calibration::LEVELS;
 use crate::pixel::{Pixels, level_of};
@@ -29,7 +31,7 @@ pub(crate) struct Picture<'p> {
 }
 
 impl Picture<'_> {
-    /// The standard error of each pixel's mean, root mean square over its channels.
+    /// The standard error of each pixel's mean, as [`over_channels`] has it.
     pub(crate) fn standard_errors(&self, errors: &mut [f32]) {
         let mut differences = vec![0.0; 3 * self.width];
         for (y, errors) in errors.chunks_exact_mut(self.width.max(1)).enumerate() {
@@ -74,11 +76,17 @@ impl Picture<'_> {
         if is_inner {
             let first = (y - 1) * self.width;
             let three_rows = &self.pixels.radiance()[first..first + 3 * self.width];
-            second_differences(three_rows.as_flattened(), differences);
-            let (differences, _) = differences.as_chunks::<3>();
-            for (error, [r, g, b]) in errors[1..].iter_mut().zip(differences) {
+            second_differences::<3>(three_rows.as_flattened(), differences);
+            let (chunks, _) = differences.as_chunks::<3>();
+            for (error, [r, g, b]) in errors[1..].iter_mut().zip(chunks) {
                 // As `over_channels`, in fewer digits.
                 *error = single * ((r * r + g * g + b * b) / 3.0).sqrt();
+            }
+            if let Some(alpha) = self.pixels.translucency() {
+                second_differences::<1>(&alpha[first..first + 3 * self.width], differences);
+                for (error, alpha) in errors[1..self.width - 1].iter_mut().zip(&*differences) {
+                    *error = larger(*error, single * alpha);
+                }
             }
         }
         let edges = if is_inner {
@@ -93,43 +101,44 @@ impl Picture<'_> {
 
     /// In each channel the largest second difference through a pixel, in any of four directions. At the picture's edge, the first
     /// difference.
-    fn bend(&self, x: usize, y: usize) -> [f32; 3] {
-        let means = self.pixels.radiance();
-        let here = means[y * self.width + x];
+    fn bend(&self, x: usize, y: usize) -> [f32; 4] {
+        let mean = |x: usize, y: usize| self.pixels.mean(y * self.width + x);
+        let here = mean(x, y);
         let at = |dx: isize, dy: isize| {
             let column = x
                 .checked_add_signed(dx)
                 .filter(|&column| column < self.width)?;
             let row = y.checked_add_signed(dy).filter(|&row| row < self.height)?;
-            Some(means[row * self.width + column])
+            Some(mean(column, row))
         };
-        let difference = |a: [f32; 3], b: [f32; 3]| {
+        let difference = |a: [f32; 4], b: [f32; 4]| {
             let of_channel = |c: usize| (a[c] + b[c] - 2.0 * here[c]).abs();
-            [0, 1, 2].map(of_channel)
+            [0, 1, 2, 3].map(of_channel)
         };
         [(1, 0), (0, 1), (1, 1), (1, -1)]
             .into_iter()
             .map(|(dx, dy)| match (at(dx, dy), at(-dx, -dy)) {
                 (Some(a), Some(b)) => difference(a, b),
                 (Some(a), None) | (None, Some(a)) => difference(a, here),
-                (None, None) => [0.0; 3],
+                (None, None) => [0.0; 4],
             })
-            .fold([0.0; 3], |[r, g, b], [dr, dg, db]| {
-                [larger(r, dr), larger(g, dg), larger(b, db)]
+            .fold([0.0; 4], |most, found| {
+                [0, 1, 2, 3].map(|c| larger(most[c], found[c]))
             })
     }
 }
 
-/// As [`Picture::bend`], of the middle one of three rows but for its first and last pixel: in one loop over the channels of all pixels,
+/// As [`Picture::bend`], of the middle one of three rows but for its first and last pixel: in one loop over the `CHANNELS` of all pixels,
 /// which compilers make vectors of.
-fn second_differences(three_rows: &[f32], differences: &mut [f32]) {
+fn second_differences<const CHANNELS: usize>(three_rows: &[f32], differences: &mut [f32]) {
     let width = three_rows.len() / 3;
-    let count = width - 6;
+    let count = width - 2 * CHANNELS;
     let differences = &mut differences[..count];
     let shifted = |row: usize, by: usize| &three_rows[row * width + by..][..count];
-    let [a, b, c] = [0, 3, 6].map(|by| shifted(0, by));
-    let [d, here, e] = [0, 3, 6].map(|by| shifted(1, by));
-    let [f, g, h] = [0, 3, 6].map(|by| shifted(2, by));
+    let places = [0, CHANNELS, 2 * CHANNELS];
+    let [a, b, c] = places.map(|by| shifted(0, by));
+    let [d, here, e] = places.map(|by| shifted(1, by));
+    let [f, g, h] = places.map(|by| shifted(2, by));
     for k in 0..count {
         let twice = 2.0 * here[k];
         let along = larger((d[k] + e[k] - twice).abs(), (b[k] + g[k] - twice).abs());
@@ -143,10 +152,14 @@ fn factor_of(count: u32) -> usize {
     (level_of(count) as usize).min(LEVELS - 1)
 }
 
-/// Root mean square over the channels, as pictures are judged.
-pub(crate) fn over_channels([r, g, b]: [f32; 3]) -> f32 {
+/// What is said of a pixel that differs by as much: root mean square over the colour channels, as pictures are judged, or what alpha
+/// differs by where that is more.
+pub(crate) fn over_channels([r, g, b, alpha]: [f32; 4]) -> f32 {
     let square = |value: f32| f64::from(value).powi(2);
-    ((square(r) + square(g) + square(b)) / 3.0).sqrt() as f32
+    larger(
+        ((square(r) + square(g) + square(b)) / 3.0).sqrt() as f32,
+        alpha.abs(),
+    )
 }
 
 #[cfg(test)]
@@ -154,11 +167,11 @@ mod tests {
     use super::*;
     use crate::pixel::Sampled;
 
-    fn pixels(width: usize, height: usize) -> Pixels {
+    fn pixels(width: usize, height: usize, alpha: fn(f32) -> f32) -> Pixels {
         let mut pixels = Pixels::new(width * height);
         for index in 0..width * height {
             let value = |k: usize| ((index * 7919 + k * 104_729) % 1000) as f32 / 1000.0;
-            let radiance = [value(0), value(1), value(2), 1.0];
+            let radiance = [value(0), value(1), value(2), alpha(value(3))];
             let sampled = Sampled {
                 radiance,
                 ..Sampled::default()
@@ -171,8 +184,13 @@ mod tests {
     /// Many at once are as one by one.
     #[test]
     fn rows_have_the_bends_of_their_pixels() {
-        for (width, height) in [(1, 1), (2, 5), (3, 3), (17, 4), (64, 9)] {
-            let pixels = pixels(width, height);
+        let opaque: fn(f32) -> f32 = |_| 1.0;
+        let sizes = [(1, 1), (2, 5), (3, 3), (17, 4), (64, 9)];
+        let cases = sizes
+            .into_iter()
+            .flat_map(|size| [opaque, |alpha| 3.0 * alpha - 1.0].map(|alpha| (size, alpha)));
+        for ((width, height), alpha) in cases {
+            let pixels = pixels(width, height, alpha);
             let picture = Picture {
                 width,
                 height,

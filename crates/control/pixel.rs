@@ -54,6 +54,8 @@ pub(crate) struct Pixels {
     /// Mean of the samples; 0 without any.
     radiance: Vec<[f32; 3]>,
     alpha: Vec<f32>,
+    /// Of some pixel alpha is not 1.
+    is_translucent: bool,
     /// What was left out may have added as much to the mean.
     /// Empty as long as nothing was lost anywhere.
     lost: Vec<f32>,
@@ -80,6 +82,7 @@ impl Pixels {
         Self {
             radiance: vec![[0.0; 3]; count],
             alpha: vec![0.0; count],
+            is_translucent: false,
             lost: Vec::new(),
             rays: vec![0; count],
             counts: vec![0; count],
@@ -96,6 +99,11 @@ impl Pixels {
     /// Mean radiance of each; 0 without samples.
     pub(crate) fn radiance(&self) -> &[[f32; 3]] {
         &self.radiance
+    }
+
+    /// Alpha of each, if it is not 1 everywhere.
+    pub(crate) fn translucency(&self) -> Option<&[f32]> {
+        self.is_translucent.then_some(&self.alpha)
     }
 
     /// What was left out may have added as much to the mean.
@@ -156,6 +164,7 @@ impl Pixels {
         Singles {
             radiance: &mut self.radiance[..count],
             alpha: &mut self.alpha[..count],
+            is_translucent: &mut self.is_translucent,
             lost: &mut self.lost,
             rays: &mut self.rays[..count],
         }
@@ -203,6 +212,7 @@ impl Pixels {
     pub(crate) fn show(&mut self, index: usize, [r, g, b, alpha]: [f32; 4]) {
         self.radiance[index] = [r, g, b];
         self.alpha[index] = alpha;
+        self.is_translucent |= alpha != 1.0;
     }
 
     /// What it shows.
@@ -255,6 +265,7 @@ fn set_sparse<T: Copy + Default + PartialEq>(
 pub(crate) struct Singles<'p> {
     radiance: &'p mut [[f32; 3]],
     alpha: &'p mut [f32],
+    is_translucent: &'p mut bool,
     lost: &'p mut Vec<f32>,
     rays: &'p mut [u32],
 }
@@ -265,6 +276,7 @@ impl Singles<'_> {
         let [r, g, b, alpha] = sampled.radiance;
         self.radiance[index] = [r, g, b];
         self.alpha[index] = alpha;
+        *self.is_translucent |= alpha != 1.0;
         self.rays[index] = sampled.rays;
         if sampled.lost != 0.0 {
             set_sparse(self.lost, self.rays.len(), index, sampled.lost);
@@ -284,8 +296,8 @@ pub(crate) struct Lists {
 /// The groups of a pixel that has more than one sample: the inner pairs' first and second samples, and the outer pairs'.
 #[derive(Clone, Debug, Default)]
 struct Groups {
-    sums: [[f64; 3]; GROUPS],
-    /// Of the mean, averaged over the channels: what the groups say of each other.
+    sums: [[f64; 4]; GROUPS],
+    /// Of the mean, averaged over the colour channels, or alpha's where that is more: what the groups say of each other.
     variance: f32,
 }
 
@@ -296,7 +308,7 @@ pub(crate) struct Brought {
     lost: f64,
     rays: u32,
     count: u32,
-    groups: [[f64; 3]; GROUPS],
+    groups: [[f64; 4]; GROUPS],
 }
 
 impl Brought {
@@ -331,7 +343,7 @@ impl Groups {
         if level > 1 {
             // The inner groups are now what was inner and outer before.
             let [a, b, c, d] = self.sums;
-            self.sums = [sum(a, c), sum(b, d), [0.0; 3], [0.0; 3]];
+            self.sums = [sum(a, c), sum(b, d), [0.0; 4], [0.0; 4]];
         }
         for (group, more) in self.sums.iter_mut().zip(brought.groups) {
             *group = sum(*group, more);
@@ -349,10 +361,11 @@ impl Groups {
             let spread: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
             spread / (groups * (groups - 1.0))
         };
-        (0..3).map(of_channel).sum::<f64>() / 3.0
+        let color = (0..3).map(of_channel).sum::<f64>() / 3.0;
+        color.max(of_channel(3))
     }
 }
 
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+fn sum(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [0, 1, 2, 3].map(|channel| a[channel] + b[channel])
 }

@@ -4,7 +4,8 @@ use crate::pixel::Pixels;
 use crate::standing::larger;
 use crate::tolerance::Tolerance;
 
-/// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels.
+/// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels; where a pixel's alpha is off by
+/// more than its colours, that counts instead of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorReport {
     /// All of it: the root of both parts' squares.

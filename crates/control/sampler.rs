@@ -395,7 +395,7 @@ impl Sampler {
     /// What camera rays bring: root mean square over the pixels that have a sample.
     fn brought_to_camera(&self) -> f32 {
         let radiance = self.taken();
-        root_mean_square(radiance.map(over_channels)) as f32
+        root_mean_square(radiance.map(|[r, g, b]| over_channels([r, g, b, 0.0]))) as f32
     }
 
     /// A quarter of the pixels that have a sample are darker, largest channel.
@@ -438,10 +438,10 @@ impl Sampler {
     fn retake_sample(&mut self, refinement: &Refinement) {
         let index = refinement.pixel as usize;
         let is_second = self.pixels.count(index) > 0;
-        let (before, lost) = (self.pixels.radiance()[index], self.pixels.lost(index));
+        let (before, lost) = (self.pixels.mean(index), self.pixels.lost(index));
         self.pixels.retake(index, &refinement.brought);
         if self.stage == Stage::Pilot && is_second {
-            let found = difference(before, self.pixels.radiance()[index]);
+            let found = difference(before, self.pixels.mean(index));
             let less = lost - self.pixels.lost(index);
             self.losses.learn(lost, less, found);
         }
@@ -449,10 +449,10 @@ impl Sampler {
 
     fn refine(&mut self, refinement: &Refinement) {
         let index = refinement.pixel as usize;
-        let before = self.pixels.radiance()[index];
+        let before = self.pixels.mean(index);
         let level = refinement.level;
         self.pixels.refine(index, level, &refinement.brought);
-        let change = difference(before, self.pixels.radiance()[index]);
+        let change = difference(before, self.pixels.mean(index));
         let said = self.errors[index] / self.factors[(level as usize - 1).min(LEVELS - 1)];
         self.calibration.learn(level - 1, said, change);
     }
@@ -517,9 +517,7 @@ impl Sampler {
             (sum / count.max(1) as f64) as f32
         };
         let middle = [0, 1, 2, 3].map(average);
-        let deviations = values
-            .clone()
-            .map(|[r, g, b, _]| difference([r, g, b], [middle[0], middle[1], middle[2]]));
+        let deviations = values.clone().map(|mean| difference(mean, middle));
         let spread = match count {
             0 => 1.0,
             _ => root_mean_square(deviations) as f32,
@@ -578,8 +576,8 @@ pub struct Finished {
     pub report: ErrorReport,
 }
 
-fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
-    over_channels([0, 1, 2].map(|channel| a[channel] - b[channel]))
+fn difference(a: [f32; 4], b: [f32; 4]) -> f32 {
+    over_channels([0, 1, 2, 3].map(|channel| a[channel] - b[channel]))
 }
 
 #[cfg(test)]

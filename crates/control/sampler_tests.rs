@@ -49,7 +49,24 @@ struct Outcome {
 }
 
 /// Takes orders in portions of `at_once`, and at most `limit` of them all.
-fn run(mut sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcome {
+fn run(sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcome {
+    run_painted(
+        sampler,
+        scene,
+        |value| [value, value, value, 1.0],
+        at_once,
+        limit,
+    )
+}
+
+/// .. of what `paint` makes of the scene's values.
+fn run_painted(
+    mut sampler: Sampler,
+    scene: Scene,
+    paint: fn(f32) -> [f32; 4],
+    at_once: usize,
+    limit: u64,
+) -> Outcome {
     let pattern = progressive_pattern(MOST);
     let mut orders_taken = 0;
     let sampled = |pixel: u32, sample: u32| {
@@ -57,7 +74,7 @@ fn run(mut sampler: Sampler, scene: Scene, at_once: usize, limit: u64) -> Outcom
         let (x, y) = (f64::from(pixel % SIDE), f64::from(pixel / SIDE));
         let value = scene(x + 0.5 + dx, y + 0.5 + dy);
         Sampled {
-            radiance: [value, value, value, 1.0],
+            radiance: paint(value),
             lost: 0.0,
             rays: 1,
         }
@@ -151,6 +168,32 @@ fn samples_go_where_the_edge_is() {
         (outcome.report.samples as f64) < 0.2 * even,
         "{:?}",
         outcome.report
+    );
+}
+
+/// What is black before a transparent background has its edges in alpha alone.
+#[test]
+fn edges_of_alpha_are_edges() {
+    let tolerance = 0.01;
+    let paint = |value: f32| [0.0, 0.0, 0.0, value];
+    let outcome = run_painted(sampler(tolerance, MOST), edge, paint, 1000, u64::MAX);
+    assert!(
+        outcome
+            .radiance
+            .as_flattened()
+            .iter()
+            .all(|&value| value == 0.0)
+    );
+    let alpha: Vec<_> = outcome.alpha.iter().map(|&alpha| [alpha; 3]).collect();
+    let error = true_rmse(edge, &alpha);
+    let report = outcome.report;
+    assert!(
+        report.keeps_tolerance() && report.most_samples > 5,
+        "{report:?}"
+    );
+    assert!(
+        error <= f64::from(tolerance) && error <= report.estimated_rmse,
+        "{error} {report:?}"
     );
 }
 
