@@ -11,6 +11,7 @@
 //! Alpha is looked at like a colour, and the worse of both counts: what is dark before a transparent background has its edges there alone.
 
 use crate::calibration::LEVELS;
+use crate::grid::Grid;
 use crate::pixel::{Pixels, level_of};
 use crate::standing::larger;
 
@@ -23,8 +24,7 @@ const ORDER: f32 = 0.75;
 
 /// A picture's pixels, all that estimates see.
 pub(crate) struct Picture<'p> {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
+    pub(crate) grid: Grid,
     pub(crate) pixels: &'p Pixels,
     /// What errors are to be multiplied by, at each level.
     pub(crate) factors: [f32; LEVELS],
@@ -33,8 +33,8 @@ pub(crate) struct Picture<'p> {
 impl Picture<'_> {
     /// The standard error of each pixel's mean, as [`over_channels`] has it.
     pub(crate) fn standard_errors(&self, errors: &mut [f32]) {
-        let mut differences = vec![0.0; 3 * self.width];
-        for (y, errors) in errors.chunks_exact_mut(self.width.max(1)).enumerate() {
+        let mut differences = vec![0.0; 3 * self.grid.width];
+        for (y, errors) in errors.chunks_exact_mut(self.grid.width.max(1)).enumerate() {
             self.bends(y, &mut differences, errors);
             if self.pixels.any_refined() {
                 for (x, error) in errors.iter_mut().enumerate() {
@@ -46,7 +46,7 @@ impl Picture<'_> {
 
     /// That of a pixel which has groups.
     fn refined_error(&self, x: usize, y: usize) -> Option<f32> {
-        let index = y * self.width + x;
+        let index = y * self.grid.width + x;
         let own = self.pixels.variance(index)?;
         let count = self.pixels.count(index);
         let around = self.variance_around(x, y, count);
@@ -56,9 +56,9 @@ impl Picture<'_> {
     /// The mean variance of a pixel and its neighbours, as it would be with `count` samples.
     fn variance_around(&self, x: usize, y: usize, count: u32) -> f32 {
         let (mut sum, mut weight) = (0.0, 0.0);
-        for row in y.saturating_sub(1)..(y + 2).min(self.height) {
-            for column in x.saturating_sub(1)..(x + 2).min(self.width) {
-                let index = row * self.width + column;
+        for row in y.saturating_sub(1)..(y + 2).min(self.grid.height) {
+            for column in x.saturating_sub(1)..(x + 2).min(self.grid.width) {
+                let index = row * self.grid.width + column;
                 if let Some(variance) = self.pixels.variance(index) {
                     let scale = self.pixels.count(index) as f32 / count as f32;
                     sum += variance * scale.powf(2.0 * ORDER);
@@ -72,10 +72,10 @@ impl Picture<'_> {
     /// Of a row's pixels the error of single samples.
     fn bends(&self, y: usize, differences: &mut [f32], errors: &mut [f32]) {
         let single = self.factors[0] * EDGE_ERROR;
-        let is_inner = y > 0 && y + 1 < self.height && self.width > 2;
+        let is_inner = y > 0 && y + 1 < self.grid.height && self.grid.width > 2;
         if is_inner {
-            let first = (y - 1) * self.width;
-            let three_rows = &self.pixels.radiance()[first..first + 3 * self.width];
+            let first = (y - 1) * self.grid.width;
+            let three_rows = &self.pixels.radiance()[first..first + 3 * self.grid.width];
             second_differences::<3>(three_rows.as_flattened(), differences);
             let (chunks, _) = differences.as_chunks::<3>();
             for (error, [r, g, b]) in errors[1..].iter_mut().zip(chunks) {
@@ -83,16 +83,16 @@ impl Picture<'_> {
                 *error = single * ((r * r + g * g + b * b) / 3.0).sqrt();
             }
             if let Some(alpha) = self.pixels.translucency() {
-                second_differences::<1>(&alpha[first..first + 3 * self.width], differences);
-                for (error, alpha) in errors[1..self.width - 1].iter_mut().zip(&*differences) {
+                second_differences::<1>(&alpha[first..first + 3 * self.grid.width], differences);
+                for (error, alpha) in errors[1..self.grid.width - 1].iter_mut().zip(&*differences) {
                     *error = larger(*error, single * alpha);
                 }
             }
         }
         let edges = if is_inner {
-            [0..1, self.width - 1..self.width]
+            [0..1, self.grid.width - 1..self.grid.width]
         } else {
-            [0..self.width, 0..0]
+            [0..self.grid.width, 0..0]
         };
         for x in edges.into_iter().flatten() {
             errors[x] = single * over_channels(self.bend(x, y));
@@ -102,13 +102,15 @@ impl Picture<'_> {
     /// In each channel the largest second difference through a pixel, in any of four directions. At the picture's edge, the first
     /// difference.
     fn bend(&self, x: usize, y: usize) -> [f32; 4] {
-        let mean = |x: usize, y: usize| self.pixels.mean(y * self.width + x);
+        let mean = |x: usize, y: usize| self.pixels.mean(y * self.grid.width + x);
         let here = mean(x, y);
         let at = |dx: isize, dy: isize| {
             let column = x
                 .checked_add_signed(dx)
-                .filter(|&column| column < self.width)?;
-            let row = y.checked_add_signed(dy).filter(|&row| row < self.height)?;
+                .filter(|&column| column < self.grid.width)?;
+            let row = y
+                .checked_add_signed(dy)
+                .filter(|&row| row < self.grid.height)?;
             Some(mean(column, row))
         };
         let difference = |a: [f32; 4], b: [f32; 4]| {
@@ -162,6 +164,11 @@ pub(crate) fn over_channels([r, g, b, alpha]: [f32; 4]) -> f32 {
     )
 }
 
+/// As [`over_channels`], of what two pixels differ by: radiance and alpha.
+pub(crate) fn difference(a: [f32; 4], b: [f32; 4]) -> f32 {
+    over_channels([0, 1, 2, 3].map(|channel| a[channel] - b[channel]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,8 +199,7 @@ mod tests {
         for ((width, height), alpha) in cases {
             let pixels = pixels(width, height, alpha);
             let picture = Picture {
-                width,
-                height,
+                grid: Grid { width, height },
                 pixels: &pixels,
                 factors: [2.0; LEVELS],
             };

@@ -10,6 +10,9 @@
 mod allocation;
 mod calibration;
 mod estimate;
+mod finished;
+mod grid;
+mod groups;
 mod negligible;
 mod pixel;
 mod report;
@@ -18,9 +21,10 @@ mod sampler;
 mod standing;
 mod tolerance;
 
+pub use finished::Finished;
 pub use negligible::Negligible;
 pub use pixel::Sampled;
 pub use report::ErrorReport;
 pub use round::Order;
-pub use sampler::{Finished, FirstSamples, Sampler};
+pub use sampler::{FirstSamples, Sampler};
 pub use tolerance::Tolerance;

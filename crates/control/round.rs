@@ -1,7 +1,8 @@
 //! Samples that are taken together, before anything new is decided.
 
+use crate::groups::Brought;
 use crate::negligible::Negligible;
-use crate::pixel::{Brought, Sampled, samples_at};
+use crate::pixel::{Sampled, samples_at};
 
 /// A sample to be taken.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,20 +6,18 @@ use raytree_film::Estimates;
 
 use crate::allocation::{Candidate, threshold};
 use crate::calibration::{Calibration, LEVELS, Losses};
-use crate::estimate::{Picture, over_channels};
+use crate::estimate::{Picture, difference, over_channels};
+use crate::finished::{Finished, show_neighbours};
+use crate::grid::Grid;
 use crate::negligible::{FIRST_GUESS, Negligible, correction};
 use crate::pixel::{Lists, Pixels, Sampled, Singles, level_after, level_of};
-use crate::report::{ErrorReport, Totals};
+use crate::report::Totals;
 use crate::round::{Order, Refinement, Round};
 use crate::standing::{Standing, root_mean_square};
 use crate::tolerance::{LOSS_SHARE, Tolerance};
 
 /// What pictures may be off by at first where they come near the tolerance in steps, linear radiance.
 const FIRST_GOAL: f32 = 0.25;
-
-/// Pixels from one pilot to the next, along rows and columns; half of it in pictures with fewer pixels than these.
-const PILOT_STEP: usize = 8;
-const SMALL_PICTURE: usize = 1 << 16;
 
 /// Of what was negligible at first, what is negligible when that is judged.
 const PROBE: f32 = 1.0 / 8.0;
@@ -58,8 +56,7 @@ type Sequence = LazyCell<Vec<u32>, Box<dyn FnOnce() -> Vec<u32>>>;
 /// Decides sample by sample, for a picture and a tolerance.
 #[derive(Debug)]
 pub struct Sampler {
-    width: usize,
-    height: usize,
+    grid: Grid,
     tolerance: Tolerance,
     /// The highest level of a pixel.
     most: u32,
@@ -107,8 +104,10 @@ impl Sampler {
     ) -> Self {
         let count = width as usize * height as usize;
         let mut sampler = Self {
-            width: width as usize,
-            height: height as usize,
+            grid: Grid {
+                width: width as usize,
+                height: height as usize,
+            },
             tolerance,
             most: level_of(most_samples),
             sequence: Sequence::new(Box::new(sequence)),
@@ -145,17 +144,9 @@ impl Sampler {
         self.is_stepwise = true;
         self.goal = (FIRST_GOAL / self.first_allowed()).max(1.0);
         self.negligible *= self.goal;
-        let width = self.width;
-        let class = |index: u32| {
-            let (x, y) = (index as usize % width, index as usize / width);
-            [4, 2]
-                .iter()
-                .filter(|&step| x % step != 0 || y % step != 0)
-                .count()
-        };
         // Stable, so that neighbours of a class still come together.
         let mut sequence = self.sequence.clone();
-        sequence.sort_by_key(|&index| class(index));
+        sequence.sort_by_key(|&index| self.grid.class(index as usize));
         self.sequence = Sequence::new(Box::new(|| sequence));
         self.begin_round();
         self
@@ -262,32 +253,24 @@ impl Sampler {
         };
     }
 
-    /// A few pixels all over the picture, which say how much samples lose.
-    fn is_pilot(&self, index: u32) -> bool {
-        let (x, y) = (index as usize % self.width, index as usize / self.width);
-        let step = if self.pixels.len() < SMALL_PICTURE {
-            PILOT_STEP / 2
-        } else {
-            PILOT_STEP
-        };
-        let place = |size: usize| (step / 2).min(size - 1);
-        (x % step, y % step) == (place(self.width), place(self.height))
-    }
-
     /// A sample of each pilot, and the same again with less left out, which counts.
     fn pilots(&self) -> Vec<Refinement> {
         let allowed = self.negligible * self.first_allowed();
         let each = [1.0, PROBE].map(|share| Negligible::below(share * allowed));
-        let pilots = self.sequence.iter().filter(|&&index| self.is_pilot(index));
+        let pilots = self
+            .sequence
+            .iter()
+            .filter(|&&index| self.grid.is_pilot(index as usize));
         let samples = |&index: &u32| each.map(|negligible| Refinement::first(index, negligible));
         pilots.flat_map(samples).collect()
     }
 
-    /// A sample of each pixel that has none.
+    /// A sample of each pixel that has none, and of pilots that are few.
     fn all_others(&self) -> Round {
         let negligible = Negligible::below(self.negligible * self.first_allowed());
-        let has_pilots = self.branch_bound > 0.0;
-        if !has_pilots && !self.is_stepwise {
+        // To order samples one by one takes longer than to take those of a few pilots again.
+        let has_few = self.branch_bound == 0.0 || !self.grid.is_small();
+        if has_few && !self.is_stepwise {
             return Round::of_all(self.pixels.len(), negligible);
         }
         let without = |index: &u32| self.pixels.count(*index as usize) == 0;
@@ -460,8 +443,7 @@ impl Sampler {
     fn estimate(&mut self) {
         self.factors = self.calibration.factors();
         let picture = Picture {
-            width: self.width,
-            height: self.height,
+            grid: self.grid,
             pixels: &self.pixels,
             factors: self.factors,
         };
@@ -479,7 +461,7 @@ impl Sampler {
             }
         }
         if self.totals.unsampled() > 0 {
-            self.fill();
+            show_neighbours(self.grid, &mut self.pixels, &mut self.errors);
             self.totals = Totals::of(&self.errors, &self.pixels, self.tolerance);
         }
         let report = self.totals.report(self.branch_scale);
@@ -502,48 +484,6 @@ impl Sampler {
             report,
         }
     }
-
-    /// Gives pixels without a sample what one shows that is near. Of what they are off by nothing is known but how pixels differ.
-    fn fill(&mut self) {
-        let sampled: Vec<bool> = (0..self.pixels.len())
-            .map(|index| self.pixels.count(index) > 0)
-            .collect();
-        let values = (0..sampled.len())
-            .filter(|&index| sampled[index])
-            .map(|index| self.pixels.mean(index));
-        let count = values.clone().count();
-        let average = |channel: usize| {
-            let sum: f64 = values.clone().map(|mean| f64::from(mean[channel])).sum();
-            (sum / count.max(1) as f64) as f32
-        };
-        let middle = [0, 1, 2, 3].map(average);
-        let deviations = values.clone().map(|mean| difference(mean, middle));
-        let spread = match count {
-            0 => 1.0,
-            _ => root_mean_square(deviations) as f32,
-        };
-        for index in 0..sampled.len() {
-            if sampled[index] {
-                continue;
-            }
-            let near = self.near(index).into_iter().find(|&near| sampled[near]);
-            let shown = near.map_or(middle, |near| self.pixels.mean(near));
-            self.pixels.show(index, shown);
-            self.errors[index] = spread;
-        }
-    }
-
-    /// Pixels near a pixel that got their first sample early: the classes of [`Self::stepwise`], and pilots.
-    fn near(&self, index: usize) -> [usize; 5] {
-        let (x, y) = (index % self.width, index / self.width);
-        let first = |step: usize| (y - y % step) * self.width + x - x % step;
-        let pilot = |step: usize| {
-            let at = |place: usize, end: usize| (place - place % step + step / 2).min(end - 1);
-            at(y, self.height) * self.width + at(x, self.width)
-        };
-        let pilots = [PILOT_STEP / 2, PILOT_STEP].map(pilot);
-        [first(2), first(4), first(8), pilots[0], pilots[1]]
-    }
 }
 
 /// Takes the first samples of pixels, one after the other.
@@ -559,25 +499,6 @@ impl FirstSamples<'_> {
         *self.left -= 1;
         self.pixels.add(pixel, sampled);
     }
-}
-
-/// A picture whose sampling has ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finished {
-    /// Mean of each pixel's samples.
-    pub radiance: Vec<[f32; 3]>,
-    /// Coverage: mean, 0 to 1 but for rounding.
-    pub alpha: Vec<f32>,
-    /// Rays that each pixel took.
-    pub rays: Vec<u32>,
-    /// What each pixel is said to be off by, and its samples.
-    pub estimates: Estimates,
-    /// What was achieved.
-    pub report: ErrorReport,
-}
-
-fn difference(a: [f32; 4], b: [f32; 4]) -> f32 {
-    over_channels([0, 1, 2, 3].map(|channel| a[channel] - b[channel]))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use raytree_film::progressive_pattern;
 
 use super::*;
+use crate::report::ErrorReport;
 
 const SIDE: u32 = 48;
 const MOST: u32 = 1025;

@@ -68,10 +68,7 @@ impl Prepared<'_> {
             iterations: 0,
             before: None,
         };
-        if let Some(negligible) = sampling.sampler.takes_all() {
-            sampling.take_all(negligible, counters, observer)?;
-        }
-        sampling.take_orders(counters, observer)?;
+        sampling.take(counters, observer)?;
         Ok(sampling.develop())
     }
 
@@ -127,11 +124,14 @@ impl Sampling<'_> {
             })?;
             self.before = Some(Taking::First(batch, slots));
         }
-        Ok(())
+        match self.before.take() {
+            Some(last) => self.add_up(&last),
+            None => Ok(()),
+        }
     }
 
-    /// What is ordered, until nothing is.
-    fn take_orders(
+    /// What the sampler asks for, until that is nothing.
+    fn take(
         &mut self,
         counters: &mut Counters,
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -141,6 +141,10 @@ impl Sampling<'_> {
         let mut pace = Pace::of(self.prepared.settings.deadline, pixels);
         loop {
             self.sampler.decide();
+            if let Some(negligible) = self.sampler.takes_all() {
+                self.take_all(negligible, counters, observer)?;
+                continue;
+            }
             let most = pace.affordable(self.prepared.plan.slots as usize);
             let orders = if most == 0 {
                 Vec::new()
