@@ -148,6 +148,14 @@ fn could_bring(branch: Branch, throughput: vec3f) -> f32 {
     return select(brought, max(brought, max_component(throughput)), shows);
 }
 
+// In the place of a ray that is not spawned: what such rays bring in the mean. Of a tree that is cut off at many places, the sum is about right.
+fn show_mean(branch: Branch, throughput: vec3f) {
+    let shows = branch.straight && frame.background_kind == BACKGROUND_TRANSPARENT;
+    if (!shows) {
+        collect(weighted(throughput, frame.branch_mean));
+    }
+}
+
 // A ray that would be spawned ends before it begins, and is counted. `largest`: the largest channel of its throughput.
 fn ends_early(parent: WorkItem, branch: Branch, largest: f32) -> bool {
     if (largest < frame.min_weight) {
@@ -183,12 +191,14 @@ fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
     }
     if (HAS_TOLERANCE) {
         if (leave_out(could_bring(branch, throughput), 1.0)) {
+            show_mean(branch, throughput);
             return child;
         }
     }
     if (ends_early(parent, branch, largest)) {
         if (HAS_TOLERANCE) {
             lost += could_bring(branch, throughput);
+            show_mean(branch, throughput);
         }
         return child;
     }

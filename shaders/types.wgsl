@@ -51,6 +51,7 @@ struct Frame {
     state_planes: u32, // that load_state goes through at most: STACK_PLANE, and the words of an item that are in use
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
+    branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
 }

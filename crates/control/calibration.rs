@@ -53,6 +53,8 @@ impl Calibration {
 pub(crate) struct Losses {
     said: f64,
     found: f64,
+    /// What was said times what was found, mean over the channels and with its sign.
+    along: f64,
     /// With anything to find.
     pixels: u64,
     /// Of all first samples.
@@ -66,14 +68,19 @@ const ENOUGH_LOSSES: u64 = 8;
 /// How much larger than found losses are said to be.
 const LOSS_CAUTION: f64 = 2.0;
 
+/// Of what branches bring in the mean, by how much any sum of them is off at least.
+const LEAST_SPREAD: f64 = 0.25;
+
 impl Losses {
-    /// What the first sample of a pixel is said to have lost, by how much less the second, and by how much they differ.
-    pub(crate) fn learn(&mut self, before: f32, said: f32, found: f32) {
+    /// What the first sample of a pixel is said to have lost, by how much less the second, by how much they differ (root mean square over
+    /// the channels), and by how much more the second has brought (mean over them).
+    pub(crate) fn learn(&mut self, before: f32, said: f32, found: f32, brought: f32) {
         self.before += f64::from(before).powi(2);
         self.all += 1;
         if said > 0.0 {
             self.said += f64::from(said).powi(2);
             self.found += f64::from(found).powi(2);
+            self.along += f64::from(said) * f64::from(brought);
             self.pixels += 1;
         }
     }
@@ -83,12 +90,27 @@ impl Losses {
         (self.before / self.all.max(1) as f64).sqrt() as f32
     }
 
-    /// What is to be said of losses, of what was said.
+    fn is_enough(&self) -> bool {
+        self.pixels >= ENOUGH_LOSSES && self.said > 0.0
+    }
+
+    /// What is brought in the mean, of what is said to be lost: by least squares.
+    pub(crate) fn mean(&self) -> f32 {
+        if self.is_enough() {
+            (self.along / self.said).max(0.0) as f32
+        } else {
+            0.0
+        }
+    }
+
+    /// What is to be said of losses where the mean is shown in their place, of what was said.
     pub(crate) fn factor(&self) -> f32 {
-        if self.pixels < ENOUGH_LOSSES || self.said <= 0.0 {
+        if !self.is_enough() {
             return LOSS_CAUTION as f32;
         }
-        (LOSS_CAUTION * (self.found / self.said).sqrt()) as f32
+        let mean = f64::from(self.mean());
+        let rest = (self.found / self.said - mean.powi(2)).max(0.0).sqrt();
+        (LOSS_CAUTION * rest.max(LEAST_SPREAD * mean)) as f32
     }
 }
 
@@ -121,13 +143,20 @@ mod tests {
 
     #[test]
     fn losses_are_what_was_found_of_their_bound() {
-        let factor = |found: f32| {
+        let losses = |found: f32, brought: [f32; 2]| {
             let mut losses = Losses::default();
-            (0..ENOUGH_LOSSES).for_each(|_| losses.learn(0.1, 0.1, found));
-            losses.factor()
+            (0..ENOUGH_LOSSES).for_each(|k| losses.learn(0.1, 0.1, found, brought[k as usize % 2]));
+            losses
         };
-        assert!((factor(0.01) - 0.2).abs() < 1e-6);
-        assert!((factor(0.3) - 6.0).abs() < 1e-6);
+        // As much more as less: nothing is known of the mean.
+        assert!((losses(0.01, [0.01, -0.01]).factor() - 0.2).abs() < 1e-6);
+        assert!((losses(0.3, [0.3, -0.3]).factor() - 6.0).abs() < 1e-6);
+        assert_eq!(losses(0.3, [0.3, -0.3]).mean(), 0.0);
+        // Always as much: that is what can be shown, and little remains.
+        let same = losses(0.05, [0.05; 2]);
+        assert!((same.mean() - 0.5).abs() < 1e-6);
+        assert!((same.factor() - 2.0 * 0.5 * LEAST_SPREAD as f32).abs() < 1e-6);
         assert_eq!(Losses::default().factor(), LOSS_CAUTION as f32);
+        assert_eq!(Losses::default().mean(), 0.0);
     }
 }

@@ -86,6 +86,8 @@ pub struct Sampler {
     branch_bound: f32,
     /// What branches bring, of that.
     branch_scale: f32,
+    /// .. in the mean.
+    branch_mean: f32,
     /// What pixels show that have no sample yet: for tolerances that depend on it.
     assumed: f32,
 }
@@ -132,6 +134,7 @@ impl Sampler {
             assumed: ASSUMED_RADIANCE,
             // A guess: what branches bring is what screens show.
             branch_scale: 1.0 / branch_bound.max(1.0),
+            branch_mean: 0.0,
         };
         sampler.begin_round();
         sampler
@@ -215,6 +218,12 @@ impl Sampler {
     #[must_use]
     pub fn branch_scale(&self) -> f32 {
         self.branch_scale
+    }
+
+    /// What they bring in the mean, which is to be shown where one is left out. Of the most that any could; 0 as long as it is not known.
+    #[must_use]
+    pub fn branch_mean(&self) -> f32 {
+        self.branch_mean
     }
 
     /// Lights may be left out of these orders too. Not while it is tried what branches bring.
@@ -355,6 +364,7 @@ impl Sampler {
     /// From what pilots' samples differ by: what branches bring. What the first of them lost by that, in tolerances: root mean square.
     fn weigh_branches(&mut self) -> f32 {
         let before = self.branch_scale;
+        self.branch_mean = (before * self.losses.mean()).min(1.0);
         let found = before * self.losses.factor();
         // Branches that weigh much were not left out, so nothing is known of them but what camera rays see.
         let least = LEAST_BROUGHT * self.brought_to_camera() / self.branch_bound;
@@ -426,7 +436,9 @@ impl Sampler {
         if self.stage == Stage::Pilot && is_second {
             let found = difference(before, self.pixels.mean(index));
             let less = lost - self.pixels.lost(index);
-            self.losses.learn(lost, less, found);
+            let [r, g, b, _] = self.pixels.mean(index);
+            let brought = (r - before[0] + g - before[1] + b - before[2]) / 3.0;
+            self.losses.learn(lost, less, found, brought);
         }
     }
 

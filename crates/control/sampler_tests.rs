@@ -261,7 +261,7 @@ fn steps_lead_to_the_tolerance() {
     );
 }
 
-/// Samples that lose half of what they are allowed, of branches that bring a tenth of the most that they could.
+/// Samples that lose half of what they are allowed, of branches that bring a fifth of the most that they could, or nothing.
 #[test]
 fn what_branches_bring_is_found_out() {
     let all = || (0..SIDE * SIDE).collect();
@@ -274,7 +274,9 @@ fn what_branches_bring_is_found_out() {
         for order in &orders {
             let lost = 2.0 * order.negligible.radiance();
             // What is said is relative to the scale.
-            let brought = 0.5 - 0.1 * lost / sampler.branch_scale();
+            let share = if order.pixel % 3 == 0 { 0.2 } else { 0.0 };
+            let left_out = lost / sampler.branch_scale();
+            let brought = 0.5 - (share - sampler.branch_mean()) * left_out;
             let sampled = Sampled {
                 radiance: [brought, brought, brought, 1.0],
                 lost,
@@ -283,8 +285,10 @@ fn what_branches_bring_is_found_out() {
             sampler.take(order, sampled);
         }
     }
-    let scale = sampler.branch_scale();
-    assert!((scale - 0.2).abs() < 0.01, "{scale}");
+    let (scale, mean) = (sampler.branch_scale(), sampler.branch_mean());
+    // A third brings 0.2, so in the mean they bring 0.067, and differ from that by 0.094.
+    assert!((mean - 0.067).abs() < 0.01, "{mean}");
+    assert!((scale - 2.0 * 0.094).abs() < 0.02, "{scale}");
     let report = sampler.finish().report;
     assert!(
         report.lost_rmse > 0.0 && report.keeps_tolerance(),

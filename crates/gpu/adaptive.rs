@@ -269,6 +269,7 @@ fn with_scale(frame: Frame, sampler: &Sampler) -> Frame {
     let bound = Vec3::from(frame.branch_bound);
     Frame {
         branch_bound: (sampler.branch_scale() * bound).to_array(),
+        branch_mean: (sampler.branch_mean() * bound).to_array(),
         light_share: if sampler.may_leave_out_lights() {
             1.0
         } else {

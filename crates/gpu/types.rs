@@ -75,6 +75,8 @@ pub struct Frame {
     pub state_planes: u32,
     pub texture_kinds: u32,
     pub negligible: u32,
+    pub padding: u32,
+    pub branch_mean: [f32; 3],
     pub light_share: f32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }

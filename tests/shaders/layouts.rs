@@ -57,7 +57,7 @@ fn on_host() -> Vec<Layout> {
             triangle_count background background_kind branch_bound order_count
             picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds negligible light_share
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds negligible padding branch_mean light_share
             environment
         }
         LeafTriangle { vertices entry }
