@@ -42,6 +42,10 @@ const AT_ONCE: std::ops::Range<Duration> = Duration::from_millis(40)..Duration::
 
 const MOST_ITERATIONS: u32 = 64;
 
+/// Iterations of a run's first submission; each further one has twice as many. How many a run takes is not known, and those over a list
+/// that is empty are not free.
+const FIRST_ITERATIONS: u32 = 8;
+
 /// Bytes that are read back after each submission: counters, and the length of the list.
 const REPORT_BYTES: u64 = 4 * COUNTERS as u64 + size_of::<WorkList>() as u64;
 
@@ -248,11 +252,14 @@ impl Wavefront {
         let mut iterations = 0;
         let mut is_ours = false;
         let mut since = Instant::now();
+        let mut at_once = FIRST_ITERATIONS;
         loop {
-            for _ in 0..self.at_once.get() {
+            at_once = at_once.min(self.at_once.get());
+            for _ in 0..at_once {
                 self.iterate(&mut encoder, reads);
                 reads = 1 - reads;
             }
+            at_once *= 2;
             let earlier = self.submit(device, encoder, reads);
             meanwhile()?;
             if let Some(earlier) = earlier {
