@@ -1,28 +1,34 @@
 //! Pictures to a tolerance: it is kept, the estimate of the error is above the error, what decides it is the same every time, and what is
-//! left out of ray trees is bounded. The judge is a reference of many samples with another pattern (kept in tests/tolerance/, made
-//! anew by `RAYTREE_BLESS=1 cargo test --test tolerance`), the oracle, and answers on paper. More scenes and smaller tolerances:
-//! `cargo bench --bench tolerance`.
+//! left out of ray trees is bounded. The judge is a reference that is made in another way (kept in tests/tolerance/, made anew by
+//! `RAYTREE_BLESS=1 cargo test --test tolerance`), the oracle, and answers on paper. More scenes, and those that take long:
+//! `RAYTREE_BENCH=full cargo bench --bench tolerance -- kept`.
 #![allow(clippy::print_stdout, reason = "what a test says is read by people")]
 
 mod support;
 
 #[path = "support/everything.rs"]
 mod everything;
+#[path = "support/reference.rs"]
+mod reference;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use everything::{everything, filled};
 use glam::{DVec3, Vec3};
 use raytree::{
-    CompareOptions, Device, Film, Picture, Preset, ProgramFeatures, RenderSettings, Rendering,
-    Scene, SceneFeatures, Tolerance, WriteOptions, compare,
+    Device, Film, Picture, Preset, ProgramFeatures, RenderSettings, Rendering, Scene,
+    SceneFeatures, Tolerance,
     model::{Camera, Material, Projection},
 };
 use raytree_oracle::{Oracle, Settings};
 use raytree_stress::random::Random;
 use raytree_stress::scenes::{Build, clear_glass, matte, parallel, pinhole};
+use reference::{Reference, rmse};
 
 const SIZE: (u32, u32) = (64, 48);
+
+/// Of these the smallest tolerance takes longer than a test may: the bench has it.
+const SLOW: [&str; 4] = ["everything", "glass-in-water", "materials", "whitted-1980"];
 
 fn scene(path: &Path) -> Scene {
     let mut scene = support::import(path);
@@ -42,42 +48,17 @@ fn to(scene: &Scene, tolerance: f32) -> RenderSettings {
     base(scene).to_tolerance(Tolerance::absolute(tolerance))
 }
 
-/// Root mean square over pixels and channels, nothing clipped.
-fn rmse(expected: &Picture, film: &Film) -> f64 {
-    let options = CompareOptions {
-        clip: false,
-        thresholds: Vec::new(),
-        flip: false,
-    };
-    let compared = compare(expected, &Picture::from(film), &options);
-    compared.unwrap_or_else(|error| panic!("{error}")).rmse
+/// What a scene's pictures are held against: made by the renderer without any tolerance (`support/reference.rs`).
+fn reference(device: &Device, name: &str, scene: &Scene) -> Reference {
+    let folder = support::root().join("tests/tolerance");
+    if support::blessing() {
+        Reference::make(device, scene, &base(scene)).write(&folder, name);
+    }
+    Reference::read(&folder, name).unwrap_or_else(|| panic!("tests/tolerance/{name}.exr is gone"))
 }
 
-fn reference_file(name: &str) -> PathBuf {
-    support::root()
-        .join("tests/tolerance")
-        .join(format!("{name}.exr"))
-}
-
-/// Many samples, deep trees; by the renderer without any tolerance.
-fn bless(device: &Device, name: &str, scene: &Scene) {
-    let settings = RenderSettings {
-        samples: if ProgramFeatures::of(&SceneFeatures::of(scene), &base(scene)).children() > 1 {
-            1024
-        } else {
-            4096
-        },
-        max_depth: 64,
-        min_weight: 2e-4,
-        max_rays: 1 << 10,
-        ..base(scene)
-    };
-    let rendering = support::render(device, scene, &settings);
-    let options = WriteOptions::default();
-    rendering
-        .film
-        .write(&reference_file(name), &options)
-        .unwrap_or_else(|error| panic!("{error}"));
+fn error_of(reference: &Reference, film: &Film) -> f64 {
+    rmse(&reference.picture, &Picture::from(film))
 }
 
 /// Of every scene of ours: within the tolerance, and not by luck; the estimate above the error, and not far above in the mean.
@@ -89,15 +70,18 @@ fn tolerances_are_kept_and_estimates_are_above_the_error() {
     let mut ratios = Vec::new();
     for path in support::own_scenes() {
         let (name, scene) = (support::stem(&path), scene(&path));
-        if support::blessing() {
-            bless(device, &name, &scene);
-        }
-        let reference =
-            Picture::read(&reference_file(&name)).unwrap_or_else(|error| panic!("{error}"));
-        for tolerance in [0.1_f32, 0.01] {
+        let reference = reference(device, &name, &scene);
+        for tolerance in [0.1_f32, 0.01, 0.001] {
+            if tolerance < 0.01 && SLOW.contains(&name.as_str()) {
+                continue;
+            }
             let rendering = support::render(device, &scene, &to(&scene, tolerance));
             let report = rendering.error.expect("a tolerance was asked for");
-            let error = rmse(&reference, &rendering.film);
+            let error = error_of(&reference, &rendering.film);
+            assert!(
+                reference.error.total() < 0.5 * error,
+                "{name} {tolerance}: the reference does not tell {error}"
+            );
             let ratio = report.estimated_rmse / error;
             println!(
                 "{name} {tolerance}: off by {error:.5}, estimated {:.5} (x{ratio:.2}), {:.1} samples a pixel",
@@ -129,10 +113,9 @@ fn one_sample_a_pixel_keeps_no_small_tolerance() {
         return;
     };
     let scene = own("book.glb");
-    let reference =
-        Picture::read(&reference_file("book")).unwrap_or_else(|error| panic!("{error}"));
+    let reference = reference(device, "book", &scene);
     let plain = support::render(device, &scene, &base(&scene));
-    assert!(rmse(&reference, &plain.film) > 0.01);
+    assert!(error_of(&reference, &plain.film) > 0.01);
     let few = RenderSettings {
         samples: 1,
         ..to(&scene, 0.01)
@@ -215,15 +198,15 @@ fn a_relative_tolerance_looks_at_each_pixel() {
     let rendering = support::render(device, &scene, &relative);
     let report = rendering.error.expect("asked for");
     assert!(report.keeps_tolerance(), "{report:?}");
-    let reference =
-        Picture::read(&reference_file("cornell")).unwrap_or_else(|error| panic!("{error}"));
+    let reference = reference(device, "cornell", &scene);
     let pairs = reference
+        .picture
         .rgb
         .iter()
         .flatten()
         .zip(rendering.film.radiance.iter().flatten());
     let squares = pairs.map(|(a, b)| (f64::from(a - b) / (f64::from(*a) + 0.01)).powi(2));
-    let root = (squares.sum::<f64>() / (3.0 * reference.rgb.len() as f64)).sqrt();
+    let root = (squares.sum::<f64>() / (3.0 * reference.picture.rgb.len() as f64)).sqrt();
     println!("relative error {root:.4}, {report:?}");
     assert!(root <= 0.02, "{root}");
 }
