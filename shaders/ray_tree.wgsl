@@ -149,11 +149,8 @@ fn could_bring(branch: Branch, throughput: vec3f) -> f32 {
 }
 
 // In the place of a ray that is not spawned: what such rays bring in the mean. Of a tree that is cut off at many places, the sum is about right.
-fn show_mean(branch: Branch, throughput: vec3f) {
-    let shows = branch.straight && frame.background_kind == BACKGROUND_TRANSPARENT;
-    if (!shows) {
-        collect(weighted(throughput, frame.branch_mean));
-    }
+fn show_mean(throughput: vec3f) {
+    collect(weighted(throughput, frame.branch_mean));
 }
 
 // A ray that would be spawned ends before it begins, and is counted. `largest`: the largest channel of its throughput.
@@ -191,14 +188,14 @@ fn spawn(parent: WorkItem, surface: Surface, branch: Branch) -> WorkItem {
     }
     if (HAS_TOLERANCE) {
         if (leave_out(could_bring(branch, throughput), 1.0)) {
-            show_mean(branch, throughput);
+            show_mean(throughput);
             return child;
         }
     }
     if (ends_early(parent, branch, largest)) {
         if (HAS_TOLERANCE) {
             lost += could_bring(branch, throughput);
-            show_mean(branch, throughput);
+            show_mean(throughput);
         }
         return child;
     }
@@ -359,7 +356,9 @@ fn straight_on(item: WorkItem, surface: Surface, crossing: Crossing, t: f32) -> 
         if (crossing.full && max_component(next.throughput) > 0.0) {
             dropped.x += 1u;
             if (HAS_TOLERANCE) {
-                lost += select(most_brought(next.throughput), over_channels(next.throughput), item.kind == SHADOW);
+                let is_shadow = item.kind == SHADOW;
+                lost += select(most_brought(next.throughput), over_channels(next.throughput), is_shadow);
+                show_mean(select(next.throughput, vec3f(0.0), is_shadow));
             }
             next.throughput = vec3f(0.0);
         }

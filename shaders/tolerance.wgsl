@@ -1,4 +1,4 @@
-// Error control: a slot takes one sample, which its order names, and leaves out what can't matter (Hall and Greenberg 1983, adaptive tree
+// Error control: a slot takes one sample, its pixel's first or what an order names, and leaves out what can't matter (Hall and Greenberg 1983, adaptive tree
 // depth). README.md, "Tolerance".
 
 // What the sample may have lost so far, root mean square over the channels: by what was left out, and by branches that ended for another reason.

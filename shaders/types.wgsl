@@ -169,8 +169,8 @@ struct Medium {
     unused_2: u32,
 }
 
-// A pixel's progress between kernels, or, in a program with a tolerance, that of a sample: it then holds its order until it begins,
-// and the last two words are what tolerance.wgsl says.
+// A pixel's progress between kernels, or, in a program with a tolerance, that of a sample: it then holds its order, if it has one, until
+// it begins, and the last two words are what tolerance.wgsl says.
 struct Slot {
     radiance: vec4f, // sum over the samples; alpha in w
     rays: u32, // traced so far, of all kinds

@@ -330,6 +330,9 @@ impl std::fmt::Display for Cost {
 pub fn tell(costs: &[Cost], findings: &mut Findings) {
     let told: Vec<&Cost> = costs.iter().filter(|cost| cost.is_told()).collect();
     println!("{} of {} costs can be told", told.len(), costs.len());
+    if told.is_empty() {
+        return;
+    }
     let mean_of = |of: &dyn Fn(&Cost) -> f64| {
         let logarithms: f64 = told.iter().map(|cost| of(cost).ln()).sum();
         (logarithms / told.len() as f64).exp()

@@ -29,6 +29,8 @@ pub struct Kept {
     error: f64,
     /// Of the reference.
     uncertainty: f64,
+    /// By the reference.
+    is_told: bool,
     estimated: f64,
     says_so: bool,
     samples: f64,
@@ -37,11 +39,6 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// The reference tells errors of this size.
-    fn is_told(&self) -> bool {
-        self.uncertainty < 0.5 * self.error
-    }
-
     fn is_kept(&self) -> bool {
         self.error <= f64::from(self.tolerance)
     }
@@ -53,7 +50,7 @@ impl Kept {
 
 impl std::fmt::Display for Kept {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let told = match (self.is_told(), self.is_kept(), self.says_so) {
+        let told = match (self.is_told, self.is_kept(), self.says_so) {
             (false, ..) => ", the reference is too far off to tell",
             (true, false, false) => ", NOT KEPT, and says so",
             (true, false, true) => ", NOT KEPT",
@@ -108,10 +105,12 @@ pub fn pictures(device: &Device, subject: &Subject, tolerances: &[f32]) -> Vec<K
             .unwrap_or_else(|error| panic!("{error}"));
         let report = rendered.error.expect("a tolerance was asked for");
         let rays = rendered.counters.expect("they were asked for").rays.total();
+        let error = rmse(&reference.picture, &Picture::from(&rendered.film));
         let kept = Kept {
             name: subject.name.clone(),
             tolerance,
-            error: rmse(&reference.picture, &Picture::from(&rendered.film)),
+            error,
+            is_told: reference.tells(error),
             uncertainty: reference.error.total(),
             estimated: report.estimated_rmse,
             says_so: report.keeps_tolerance(),
@@ -127,7 +126,11 @@ pub fn pictures(device: &Device, subject: &Subject, tolerances: &[f32]) -> Vec<K
 
 /// Of all pictures.
 pub fn tell(pictures: &[Kept], findings: &mut Findings) {
-    let told: Vec<&Kept> = pictures.iter().filter(|kept| kept.is_told()).collect();
+    let told: Vec<&Kept> = pictures.iter().filter(|kept| kept.is_told).collect();
+    if told.is_empty() {
+        println!("no picture can be told");
+        return;
+    }
     let share = |of: &dyn Fn(&Kept) -> bool| {
         let count = told.iter().filter(|kept| of(kept)).count();
         count as f64 / told.len().max(1) as f64

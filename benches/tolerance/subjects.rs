@@ -36,8 +36,8 @@ const OTHERS: [&str; 10] = [
     "MetalRoughSpheresNoTextures",
     "NegativeScaleTest",
     "NormalTangentTest",
+    "OrientationTest",
     "SpecularTest",
-    "ToyCar",
     "TransmissionTest",
 ];
 

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use raytree::{Background, BitDepth, Preset, Region, Shading, Tolerance, ToneMap};
 
 use crate::converge::ConvergeArgs;
+use crate::failure::Usage;
 use crate::values::{self, CameraChoice, OutlierLimit, Size};
 
 /// Renders glTF scenes by a deterministic, noise-free Whitted ray tree on any Vulkan device, by default the CPU.
@@ -190,9 +191,9 @@ pub struct QualityArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(0, 65536))]
     pub depth: Option<u32>,
 
-    /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1]. With a tolerance or a time budget: the most
-    /// of any pixel, which has 1, 5, 9, 17, .. of them [default: 131073].
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 8192))]
+    /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1; at most 8192]. With a tolerance or a time
+    /// budget: the most of any pixel, which has 1, 5, 9, 17, .. of them [default: 131073].
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 131_073))]
     pub spp: Option<u32>,
 
     /// A branch that weighs less in every channel is dropped [default: 0.001; with a tolerance or a time budget 0].
@@ -219,6 +220,22 @@ pub struct QualityArgs {
     /// Pixels worked on at once; changes memory and the steps of progress, never the picture [default: 131072].
     #[arg(long, value_name = "PIXELS", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 24))]
     pub batch: Option<u32>,
+}
+
+/// Of each pixel, where all have as many.
+const MOST_EVEN_SAMPLES: u32 = 8192;
+
+impl QualityArgs {
+    /// What is refused of arguments that go together.
+    pub fn check(&self) -> Result<(), Usage> {
+        let is_controlled = self.tolerance.is_some() || self.time_budget.is_some();
+        match self.spp {
+            Some(samples) if samples > MOST_EVEN_SAMPLES && !is_controlled => Err(Usage(format!(
+                "--spp: at most {MOST_EVEN_SAMPLES} of each pixel; --tolerance gives more to those that need them"
+            ))),
+            _ => Ok(()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -25,6 +25,7 @@ const OUTSIDE: Duration = Duration::from_millis(30);
 /// All that needs no device is checked before one is opened.
 pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let started = Instant::now();
+    args.quality.check()?;
     let outputs = Outputs::plan(args)?;
     cancel::watch()?;
 

@@ -26,7 +26,7 @@ pub(crate) struct Calibration {
 }
 
 impl Calibration {
-    /// Of a pixel at `level`: the error that was said, uncalibrated, and the change of its mean, root mean square over the channels.
+    /// Of a pixel at `level`: the error that was said, uncalibrated, and the change of its mean, as estimates count it.
     pub(crate) fn learn(&mut self, level: u32, said: f32, change: f32) {
         let level = (level as usize).min(LEVELS - 1);
         self.said[level] += f64::from(said).powi(2);

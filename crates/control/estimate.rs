@@ -8,7 +8,8 @@
 //! between two that are opposite to each other. Along a smooth gradient that is nothing, and the filter is symmetric, so that
 //! its mean is the value in the middle then.
 //!
-//! Alpha is looked at like a colour, and the worse of both counts: what is dark before a transparent background has its edges there alone.
+//! Where alpha counts it is looked at like a colour, and the worse of both is taken: what is dark before a transparent background has its
+//! edges there alone.
 
 use crate::calibration::LEVELS;
 use crate::grid::Grid;
@@ -82,7 +83,7 @@ impl Picture<'_> {
                 // As `over_channels`, in fewer digits.
                 *error = single * ((r * r + g * g + b * b) / 3.0).sqrt();
             }
-            if let Some(alpha) = self.pixels.translucency() {
+            if let Some(alpha) = self.pixels.alpha() {
                 second_differences::<1>(&alpha[first..first + 3 * self.grid.width], differences);
                 for (error, alpha) in errors[1..self.grid.width - 1].iter_mut().zip(&*differences) {
                     *error = larger(*error, single * alpha);
@@ -97,12 +98,18 @@ impl Picture<'_> {
         for x in edges.into_iter().flatten() {
             errors[x] = single * over_channels(self.bend(x, y));
         }
+        // Squares that f32 does not hold.
+        for (x, error) in errors.iter_mut().enumerate() {
+            if !error.is_finite() {
+                *error = single * over_channels(self.bend(x, y));
+            }
+        }
     }
 
     /// In each channel the largest second difference through a pixel, in any of four directions. At the picture's edge, the first
     /// difference.
     fn bend(&self, x: usize, y: usize) -> [f32; 4] {
-        let mean = |x: usize, y: usize| self.pixels.mean(y * self.grid.width + x);
+        let mean = |x: usize, y: usize| self.pixels.judged(y * self.grid.width + x);
         let here = mean(x, y);
         let at = |dx: isize, dy: isize| {
             let column = x
@@ -174,11 +181,16 @@ mod tests {
     use super::*;
     use crate::pixel::Sampled;
 
-    fn pixels(width: usize, height: usize, alpha: fn(f32) -> f32) -> Pixels {
-        let mut pixels = Pixels::new(width * height);
+    fn pixels(width: usize, height: usize, alpha: fn(f32) -> f32, scale: f32) -> Pixels {
+        let mut pixels = Pixels::new(width * height, true);
         for index in 0..width * height {
             let value = |k: usize| ((index * 7919 + k * 104_729) % 1000) as f32 / 1000.0;
-            let radiance = [value(0), value(1), value(2), alpha(value(3))];
+            let radiance = [
+                scale * value(0),
+                scale * value(1),
+                scale * value(2),
+                alpha(value(3)),
+            ];
             let sampled = Sampled {
                 radiance,
                 ..Sampled::default()
@@ -197,7 +209,9 @@ mod tests {
             .into_iter()
             .flat_map(|size| [opaque, |alpha| 3.0 * alpha - 1.0].map(|alpha| (size, alpha)));
         for ((width, height), alpha) in cases {
-            let pixels = pixels(width, height, alpha);
+            // Also such that squares are beyond f32.
+            let scale = if width == 17 { 1e25 } else { 1.0 };
+            let pixels = pixels(width, height, alpha, scale);
             let picture = Picture {
                 grid: Grid { width, height },
                 pixels: &pixels,

@@ -53,10 +53,10 @@ impl Grid {
             let at = |place: usize, end: usize| (place - place % step + step / 2).min(end - 1);
             at(y, self.height) * self.width + at(x, self.width)
         };
-        let [late, early] = STEPS.map(first);
+        let [early, late] = STEPS.map(first);
         [
-            early,
             late,
+            early,
             first(8),
             pilot(PILOT_STEP / 2),
             pilot(PILOT_STEP),

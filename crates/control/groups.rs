@@ -20,7 +20,7 @@ fn group_size(level: u32) -> u32 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Groups {
     sums: [[f64; 4]; GROUPS],
-    /// Of the mean, averaged over the colour channels, or alpha's where that is more: what the groups say of each other.
+    /// Of the mean, averaged over the colour channels, or alpha's where that counts and is more: what the groups say of each other.
     pub(crate) variance: f32,
 }
 
@@ -62,7 +62,7 @@ impl Brought {
 
 impl Groups {
     /// Adds what has brought the pixel to `level`, from 1 on.
-    pub(crate) fn add(&mut self, level: u32, brought: &Brought) {
+    pub(crate) fn add(&mut self, level: u32, brought: &Brought, alpha_counts: bool) {
         if level > 1 {
             // The inner groups are now what was inner and outer before.
             let [a, b, c, d] = self.sums;
@@ -71,11 +71,11 @@ impl Groups {
         for (group, more) in self.sums.iter_mut().zip(brought.groups) {
             *group = sum(*group, more);
         }
-        self.variance = self.variance_of_mean(level) as f32;
+        self.variance = self.variance_of_mean(level, alpha_counts) as f32;
     }
 
     /// As if the groups were drawn independently of each other.
-    fn variance_of_mean(&self, level: u32) -> f64 {
+    fn variance_of_mean(&self, level: u32, alpha_counts: bool) -> f64 {
         let size = f64::from(group_size(level));
         let groups = GROUPS as f64;
         let of_channel = |channel: usize| {
@@ -85,7 +85,11 @@ impl Groups {
             spread / (groups * (groups - 1.0))
         };
         let color = (0..3).map(of_channel).sum::<f64>() / 3.0;
-        color.max(of_channel(3))
+        if alpha_counts {
+            color.max(of_channel(3))
+        } else {
+            color
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is known of a picture's pixels. Each has 1, 5, 9, 17, 33, ... samples (`groups.rs`).
 
 use crate::groups::{Brought, Groups};
+use crate::tolerance::Tolerance;
 
 /// What a renderer says of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,11 +43,11 @@ pub(crate) struct Pixels {
     /// Mean of the samples; 0 without any.
     radiance: Vec<[f32; 3]>,
     alpha: Vec<f32>,
-    /// Of some pixel alpha is not 1.
-    is_translucent: bool,
-    /// What was left out may have added as much to the mean.
-    /// Empty as long as nothing was lost anywhere.
+    /// Who looks at the picture sees alpha.
+    alpha_counts: bool,
+    /// What was left out may have added as much to the mean. Empty as long as nothing was lost anywhere.
     lost: Vec<f32>,
+    /// Of the samples that the mean is of.
     rays: Vec<u32>,
     /// Samples: 0, or those of a level.
     counts: Vec<u32>,
@@ -66,11 +67,11 @@ struct Refined {
 }
 
 impl Pixels {
-    pub(crate) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize, alpha_counts: bool) -> Self {
         Self {
             radiance: vec![[0.0; 3]; count],
             alpha: vec![0.0; count],
-            is_translucent: false,
+            alpha_counts,
             lost: Vec::new(),
             rays: vec![0; count],
             counts: vec![0; count],
@@ -89,9 +90,27 @@ impl Pixels {
         &self.radiance
     }
 
-    /// Alpha of each, if it is not 1 everywhere.
-    pub(crate) fn translucency(&self) -> Option<&[f32]> {
-        self.is_translucent.then_some(&self.alpha)
+    /// Alpha of each, if it counts.
+    pub(crate) fn alpha(&self) -> Option<&[f32]> {
+        self.alpha_counts.then_some(&self.alpha)
+    }
+
+    /// What is judged: radiance, and alpha if it counts.
+    pub(crate) fn judged(&self, index: usize) -> [f32; 4] {
+        let [r, g, b] = self.radiance[index];
+        let alpha = if self.alpha_counts {
+            self.alpha[index]
+        } else {
+            1.0
+        };
+        [r, g, b, alpha]
+    }
+
+    /// The unit of a pixel's tolerance: of its radiance, or of its alpha where that counts and is more.
+    pub(crate) fn allowed(&self, index: usize, tolerance: Tolerance) -> f32 {
+        let [r, g, b] = self.radiance[index];
+        let alpha = self.alpha().map_or(0.0, |alpha| alpha[index]);
+        tolerance.allowed(r.max(g).max(b).max(alpha))
     }
 
     /// What was left out may have added as much to the mean.
@@ -152,22 +171,24 @@ impl Pixels {
         Singles {
             radiance: &mut self.radiance[..count],
             alpha: &mut self.alpha[..count],
-            is_translucent: &mut self.is_translucent,
             lost: &mut self.lost,
             rays: &mut self.rays[..count],
         }
     }
 
-    /// Puts another sample in the place of the only one, or of none.
-    pub(crate) fn retake(&mut self, index: usize, brought: &Brought) {
-        if self.counts[index] > 0 {
-            let retakes = self.retakes(index) + 1;
-            set_sparse(&mut self.retakes, self.counts.len(), index, retakes);
-        }
+    /// Puts a sample in the place of the only one, or of none.
+    pub(crate) fn replace(&mut self, index: usize, brought: &Brought) {
         self.show(index, brought.sum.map(|value| value as f32));
         self.set_lost(index, brought.lost as f32);
-        self.rays[index] = self.rays[index].saturating_add(brought.rays);
+        self.rays[index] = brought.rays;
         self.counts[index] = 1;
+    }
+
+    /// .. because that has lost too much.
+    pub(crate) fn retake(&mut self, index: usize, brought: &Brought) {
+        let retakes = self.retakes(index) + 1;
+        set_sparse(&mut self.retakes, self.counts.len(), index, retakes);
+        self.replace(index, brought);
     }
 
     /// Adds what has brought a pixel to `level`, from 1 on.
@@ -187,7 +208,7 @@ impl Pixels {
             *sum += more;
         }
         refined.lost += brought.lost;
-        refined.groups.add(level, brought);
+        refined.groups.add(level, brought, self.alpha_counts);
         self.counts[index] += brought.count;
         self.rays[index] = self.rays[index].saturating_add(brought.rays);
         let share = f64::from(self.counts[index]).recip();
@@ -200,7 +221,6 @@ impl Pixels {
     pub(crate) fn show(&mut self, index: usize, [r, g, b, alpha]: [f32; 4]) {
         self.radiance[index] = [r, g, b];
         self.alpha[index] = alpha;
-        self.is_translucent |= alpha != 1.0;
     }
 
     /// What it shows.
@@ -253,7 +273,6 @@ fn set_sparse<T: Copy + Default + PartialEq>(
 pub(crate) struct Singles<'p> {
     radiance: &'p mut [[f32; 3]],
     alpha: &'p mut [f32],
-    is_translucent: &'p mut bool,
     lost: &'p mut Vec<f32>,
     rays: &'p mut [u32],
 }
@@ -264,8 +283,7 @@ impl Singles<'_> {
         let [r, g, b, alpha] = sampled.radiance;
         self.radiance[index] = [r, g, b];
         self.alpha[index] = alpha;
-        *self.is_translucent |= alpha != 1.0;
-        self.rays[index] = self.rays[index].saturating_add(sampled.rays);
+        self.rays[index] = sampled.rays;
         set_sparse(self.lost, self.rays.len(), index, sampled.lost);
     }
 }

@@ -4,8 +4,8 @@ use crate::pixel::Pixels;
 use crate::standing::larger;
 use crate::tolerance::Tolerance;
 
-/// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels; where a pixel's alpha is off by
-/// more than its colours, that counts instead of them.
+/// A picture's error, as it is estimated: in linear radiance, root mean square over pixels and channels; where a pixel's alpha counts
+/// and is off by more than its colours, that instead of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorReport {
     /// All of it: the root of both parts' squares.
@@ -64,11 +64,10 @@ impl Totals {
         let largest = match losses {
             None => errors.iter().copied().fold(0.0, larger).into(),
             Some(losses) => {
+                let square = |value: f32| f64::from(value).powi(2);
                 let squares = errors.iter().zip(losses);
-                let largest = squares
-                    .map(|(error, lost)| error * error + lost * lost)
-                    .fold(0.0, larger);
-                f64::from(largest).sqrt()
+                let squares = squares.map(|(error, lost)| square(*error) + square(*lost));
+                squares.fold(0.0, f64::max).sqrt()
             }
         };
         let samples = pixels.counts();
@@ -114,10 +113,9 @@ impl Totals {
 
 /// Sums of the squares of all, and of what was lost, each pixel in tolerances of its own.
 fn in_tolerances(errors: &[f32], pixels: &Pixels, tolerance: Tolerance) -> (f64, f64) {
-    let radiance = pixels.radiance().iter();
-    let standings = errors.iter().zip(radiance).enumerate();
-    standings.fold((0.0, 0.0), |(all, lost), (index, (error, &radiance))| {
-        let unit = f64::from(tolerance.allowed(radiance)).recip();
+    let standings = errors.iter().enumerate();
+    standings.fold((0.0, 0.0), |(all, lost), (index, error)| {
+        let unit = f64::from(pixels.allowed(index, tolerance)).recip();
         let square = |value: f32| (unit * f64::from(value)).powi(2);
         let of_lost = square(pixels.lost(index));
         (all + square(*error) + of_lost, lost + of_lost)
@@ -144,7 +142,7 @@ mod tests {
 
     /// Pixels of radiance 1 that lose `lost` each.
     fn pixels(count: usize, lost: f32) -> Pixels {
-        let mut pixels = Pixels::new(count);
+        let mut pixels = Pixels::new(count, false);
         for index in 0..count {
             let sampled = Sampled {
                 radiance: [1.0; 4],

@@ -84,7 +84,7 @@ impl Round {
         }
     }
 
-    /// A sample of each of `pixels` pixels, none of which has any.
+    /// A sample of each of `pixels` pixels, which is then its only one.
     pub(crate) fn of_all(pixels: usize, negligible: Negligible) -> Self {
         Self {
             is_of_all: true,
@@ -124,9 +124,6 @@ impl Round {
 
     /// Pixels in it, and how many of them were ordered.
     pub(crate) fn progress(&self) -> (usize, usize) {
-        if self.is_of_all {
-            return (self.open as usize, 0);
-        }
         (self.len(), self.place)
     }
 

@@ -43,7 +43,7 @@ const MARGIN: f64 = 0.95;
 enum Stage {
     /// Nothing: a few pixels get a sample, and the same again with less left out of it, to see what branches bring.
     Pilot,
-    /// What is negligible: all others get theirs.
+    /// What is negligible: each pixel gets one, which counts.
     First,
     /// Where it is off.
     Refining,
@@ -94,14 +94,15 @@ pub struct Sampler {
 
 impl Sampler {
     /// For a picture of `width` x `height` pixels that takes at most `most_samples` (at least 1) of any. `branch_bound`: the most that any
-    /// branch of a ray tree could bring, root mean square over the channels, linear radiance. `sequence`: the order in which pixels are
-    /// gone through, each once.
+    /// branch of a ray tree could bring, root mean square over the channels, linear radiance. `alpha_counts`: who looks at the picture sees
+    /// its alpha. `sequence`: the order in which pixels are gone through, each once.
     #[must_use]
     pub fn new(
         (width, height): (u32, u32),
         tolerance: Tolerance,
         most_samples: u32,
         branch_bound: f32,
+        alpha_counts: bool,
         sequence: impl FnOnce() -> Vec<u32> + 'static,
     ) -> Self {
         let count = width as usize * height as usize;
@@ -113,7 +114,7 @@ impl Sampler {
             tolerance,
             most: level_of(most_samples),
             sequence: Sequence::new(Box::new(sequence)),
-            pixels: Pixels::new(count),
+            pixels: Pixels::new(count, alpha_counts),
             stage: if branch_bound > 0.0 {
                 Stage::Pilot
             } else {
@@ -155,7 +156,8 @@ impl Sampler {
         self
     }
 
-    /// Up to `most` samples to take next. None: all that were ordered have to come back first, and if they have, the picture is done.
+    /// Up to `most` samples to take next. None: all that were ordered have to come back first, or [`Self::takes_all`] asks for others; if
+    /// neither, the picture is done.
     pub fn next_orders(&mut self, most: usize) -> Vec<Order> {
         self.decide();
         self.round.next_orders(most)
@@ -226,14 +228,14 @@ impl Sampler {
         self.branch_mean
     }
 
-    /// Lights may be left out of these orders too. Not while it is tried what branches bring.
+    /// What is ordered serves to see what branches bring: no lights are to be left out of it, and it is not shown.
     #[must_use]
-    pub fn may_leave_out_lights(&self) -> bool {
-        self.stage != Stage::Pilot
+    pub fn is_trying(&self) -> bool {
+        self.stage == Stage::Pilot
     }
 
     fn standing(&self, index: usize) -> Standing {
-        let allowed = self.tolerance.allowed(self.pixels.radiance()[index]);
+        let allowed = self.pixels.allowed(index, self.tolerance);
         Standing {
             error: self.errors[index] / allowed,
             lost: self.pixels.lost(index) / allowed,
@@ -257,12 +259,12 @@ impl Sampler {
     fn begin_round(&mut self) {
         self.round = match self.stage {
             Stage::Pilot => Round::new(self.pilots()),
-            Stage::First => self.all_others(),
+            Stage::First => self.all(),
             Stage::Refining => Round::new(self.refinements()),
         };
     }
 
-    /// A sample of each pilot, and the same again with less left out, which counts.
+    /// A sample of each pilot, and the same again with less left out.
     fn pilots(&self) -> Vec<Refinement> {
         let allowed = self.negligible * self.first_allowed();
         let each = [1.0, PROBE].map(|share| Negligible::below(share * allowed));
@@ -274,19 +276,14 @@ impl Sampler {
         pilots.flat_map(samples).collect()
     }
 
-    /// A sample of each pixel that has none, and of pilots that are few.
-    fn all_others(&self) -> Round {
+    /// A sample of each pixel. Of pilots too: in theirs the mean of what was left out is not shown.
+    fn all(&self) -> Round {
         let negligible = Negligible::below(self.negligible * self.first_allowed());
-        // To order samples one by one takes longer than to take those of a few pilots again.
-        let has_few = self.branch_bound == 0.0 || !self.grid.is_small();
-        if has_few && !self.is_stepwise {
-            return Round::of_all(self.pixels.len(), negligible);
+        if self.is_stepwise {
+            Round::of_singles(self.sequence.clone(), negligible)
+        } else {
+            Round::of_all(self.pixels.len(), negligible)
         }
-        let without = |index: &u32| self.pixels.count(*index as usize) == 0;
-        Round::of_singles(
-            self.sequence.iter().copied().filter(without).collect(),
-            negligible,
-        )
     }
 
     /// Of pixels that all have a sample, those that need more, if the picture does.
@@ -404,7 +401,7 @@ impl Sampler {
 
     /// What a pixel may be off by of which nothing is known yet.
     fn first_allowed(&self) -> f32 {
-        self.tolerance.allowed([self.assumed; 3])
+        self.tolerance.allowed(self.assumed)
     }
 
     /// Adds what the round has brought, of pixels that have all of it.
@@ -430,24 +427,29 @@ impl Sampler {
     /// Puts a sample in the place of a pixel's only one, or of none.
     fn retake_sample(&mut self, refinement: &Refinement) {
         let index = refinement.pixel as usize;
+        if self.stage != Stage::Pilot {
+            self.pixels.retake(index, &refinement.brought);
+            return;
+        }
         let is_second = self.pixels.count(index) > 0;
-        let (before, lost) = (self.pixels.mean(index), self.pixels.lost(index));
-        self.pixels.retake(index, &refinement.brought);
-        if self.stage == Stage::Pilot && is_second {
-            let found = difference(before, self.pixels.mean(index));
+        let (before, lost) = (self.pixels.judged(index), self.pixels.lost(index));
+        self.pixels.replace(index, &refinement.brought);
+        if is_second {
+            let after = self.pixels.judged(index);
             let less = lost - self.pixels.lost(index);
-            let [r, g, b, _] = self.pixels.mean(index);
-            let brought = (r - before[0] + g - before[1] + b - before[2]) / 3.0;
-            self.losses.learn(lost, less, found, brought);
+            let differences = [0, 1, 2].map(|channel| after[channel] - before[channel]);
+            let brought = differences.iter().sum::<f32>() / 3.0;
+            self.losses
+                .learn(lost, less, difference(before, after), brought);
         }
     }
 
     fn refine(&mut self, refinement: &Refinement) {
         let index = refinement.pixel as usize;
-        let before = self.pixels.mean(index);
+        let before = self.pixels.judged(index);
         let level = refinement.level;
         self.pixels.refine(index, level, &refinement.brought);
-        let change = difference(before, self.pixels.mean(index));
+        let change = difference(before, self.pixels.judged(index));
         let said = self.errors[index] / self.factors[(level as usize - 1).min(LEVELS - 1)];
         self.calibration.learn(level - 1, said, change);
     }
@@ -505,7 +507,7 @@ pub struct FirstSamples<'s> {
 }
 
 impl FirstSamples<'_> {
-    /// Takes that of a pixel, which has none.
+    /// Takes that of a pixel. Whatever it had is forgotten.
     #[inline]
     pub fn take(&mut self, pixel: usize, sampled: Sampled) {
         *self.left -= 1;

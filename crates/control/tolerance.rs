@@ -13,7 +13,8 @@ const LEAST_RADIANCE: f32 = 0.01;
 const LEAST_ALLOWED: f32 = 1e-9;
 
 /// How far a picture may be off: the root mean square over its pixels and channels of what each is off by, in linear radiance (the
-/// display's white is 1). In units of `absolute` plus `relative` times the pixel's own radiance, as ODE solvers have it. At least 0
+/// display's white is 1). Where the background is transparent, a pixel's alpha counts instead of its channels if it is off by more. In units
+/// of `absolute` plus `relative` times the pixel's own radiance (or alpha, if that is more and counts), as ODE solvers have it. At least 0
 /// each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tolerance {
@@ -48,15 +49,14 @@ impl Tolerance {
         self.absolute >= 0.0 && self.relative >= 0.0
     }
 
-    /// The unit for a pixel of this radiance.
+    /// The unit for a pixel of this radiance, largest channel.
     #[must_use]
-    pub fn allowed(self, radiance: [f32; 3]) -> f32 {
-        let largest = radiance.into_iter().fold(0.0, f32::max);
-        (self.absolute + self.relative * largest).max(LEAST_ALLOWED)
+    pub fn allowed(self, radiance: f32) -> f32 {
+        (self.absolute + self.relative * radiance.max(0.0)).max(LEAST_ALLOWED)
     }
 
     /// The unit for all pixels, where it does not depend on them.
     pub(crate) fn uniform(self) -> Option<f32> {
-        (self.relative == 0.0).then(|| self.allowed([0.0; 3]))
+        (self.relative == 0.0).then(|| self.allowed(0.0))
     }
 }

@@ -138,7 +138,8 @@ impl Aovs {
     }
 }
 
-/// How far each pixel is said to be off: linear radiance, root mean square over its channels. The squares of both parts add up.
+/// How far each pixel is said to be off: linear radiance, root mean square over its channels, or alpha before a transparent background
+/// where that is off by more. The squares of both parts add up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
     /// What branches of its ray trees would have added which were left out or cut off.

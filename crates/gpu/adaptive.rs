@@ -1,5 +1,5 @@
-//! Rendering to a tolerance: samples are taken one by one, as a [`Sampler`] orders them, until every pixel's error fits. A slot takes a
-//! single sample, whatever pixel it is of; a pixel's are added up here.
+//! Rendering to a tolerance: a few samples to see what branches bring, one of each pixel, and then, round by round, those that a
+//! [`Sampler`] orders until the picture's error fits. A slot takes a single sample, whatever pixel it is of; a pixel's are added up here.
 
 use std::{
     ops::ControlFlow,
@@ -10,6 +10,7 @@ use bytemuck::cast_slice;
 use glam::Vec3;
 use raytree_control::{Negligible, Order, Sampled, Sampler, Tolerance};
 use raytree_film::{Film, progressive_pattern};
+use raytree_scene::model::Background;
 
 use crate::{
     batch::{Batch, TILE_PIXELS, Tiling, spreading_stride},
@@ -86,7 +87,8 @@ impl Prepared<'_> {
         // Its square may be beyond f32.
         let bound = (bound.as_dvec3().length() / 3.0_f64.sqrt()) as f32;
         let most = self.settings.samples;
-        let sampler = Sampler::new(size, tolerance, most, bound, sequence);
+        let alpha_counts = self.scene.surroundings.background == Background::Transparent;
+        let sampler = Sampler::new(size, tolerance, most, bound, alpha_counts, sequence);
         match self.settings.deadline {
             Some(_) => sampler.stepwise(),
             None => sampler,
@@ -114,6 +116,12 @@ impl Sampling<'_> {
         observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<(), RenderError> {
         let plan = &self.prepared.plan;
+        // Some pixels will need more.
+        let observer = &mut |Progress { finished }| {
+            observer(Progress {
+                finished: 0.5 * finished,
+            })
+        };
         for &batch in &plan.batches {
             let frame = Frame {
                 negligible: negligible.code(),
@@ -236,6 +244,13 @@ impl Sampling<'_> {
                         found[placing.order_of(slot)] = come;
                     }
                 })?;
+                // The picture lacks nothing of what is not shown.
+                let mut unseen = Dropped::default();
+                let dropped = if self.sampler.is_trying() {
+                    &mut unseen
+                } else {
+                    dropped
+                };
                 for (order, slot) in orders.iter().zip(found) {
                     self.sampler.take(order, sampled(slot, dropped));
                 }
@@ -270,11 +285,7 @@ fn with_scale(frame: Frame, sampler: &Sampler) -> Frame {
     Frame {
         branch_bound: (sampler.branch_scale() * bound).to_array(),
         branch_mean: (sampler.branch_mean() * bound).to_array(),
-        light_share: if sampler.may_leave_out_lights() {
-            1.0
-        } else {
-            0.0
-        },
+        light_share: if sampler.is_trying() { 0.0 } else { 1.0 },
         ..frame
     }
 }

@@ -394,7 +394,7 @@ pub(crate) struct Plan {
     slot_bytes: u64,
     pub(crate) samples: Vec<[f32; 2]>,
     sample_count: u32,
-    /// Slots take what they are ordered to, not the pixels of tiles.
+    /// Slots may take what they are ordered to, not the pixels of tiles.
     orders: bool,
 }
 

@@ -110,7 +110,7 @@ pub struct RenderSettings {
 /// 0.01 (160x120) trees of 256, 1,024 and 4,096 rays take 3, 11 and 16 s, and all keep it; at 0.001 (64x48) trees of 810 are off by 0.0012,
 /// those of 2,560 by 0.0010.
 fn tolerance_rays(tolerance: Tolerance) -> u32 {
-    let error = tolerance.allowed([0.1; 3]).max(1e-6);
+    let error = tolerance.allowed(0.1).max(1e-6);
     let (coarse, fine) = (25.6 / error.sqrt(), 256.0 * (0.01 / error).powf(1.2));
     coarse.max(fine).clamp(64.0, 65_536.0) as u32
 }

@@ -66,13 +66,14 @@ pub(crate) struct Wavefront {
     /// Which of the reports it does not use.
     free_report: Cell<usize>,
     most_iterations: u32,
-    /// Iterations of the next submission: what fits [`AT_ONCE`], as far as is known.
+    /// Iterations of a submission at most: what fits [`AT_ONCE`], as far as is known.
     at_once: Cell<u32>,
 }
 
 /// Iterations that the device is at work on.
 struct InFlight {
     index: SubmissionIndex,
+    iterations: u32,
     /// Which of the two reports is theirs.
     report: usize,
 }
@@ -252,15 +253,14 @@ impl Wavefront {
         let mut iterations = 0;
         let mut is_ours = false;
         let mut since = Instant::now();
-        let mut at_once = FIRST_ITERATIONS;
+        let mut at_once = FIRST_ITERATIONS / 2;
         loop {
-            at_once = at_once.min(self.at_once.get());
+            at_once = (2 * at_once).min(self.at_once.get());
             for _ in 0..at_once {
                 self.iterate(&mut encoder, reads);
                 reads = 1 - reads;
             }
-            at_once *= 2;
-            let earlier = self.submit(device, encoder, reads);
+            let earlier = self.submit(device, encoder, at_once, reads);
             meanwhile()?;
             if let Some(earlier) = earlier {
                 // Of a run that was cancelled, there may be something to count, but not here.
@@ -277,7 +277,7 @@ impl Wavefront {
                     if done.left == 0 {
                         return Ok(iterations);
                     }
-                    self.adapt(since.elapsed());
+                    self.adapt(since.elapsed(), earlier.iterations);
                     since = Instant::now();
                 }
             }
@@ -298,10 +298,10 @@ impl Wavefront {
         encoder
     }
 
-    /// Chooses how many iterations to submit at once, after those of a submission took so long.
-    fn adapt(&self, took: Duration) {
+    /// Chooses how many iterations to submit at once at most, after so many took so long.
+    fn adapt(&self, took: Duration, iterations: u32) {
         let at_once = self.at_once.get();
-        if took < AT_ONCE.start {
+        if took < AT_ONCE.start && iterations >= at_once {
             self.at_once.set((2 * at_once).min(self.most_iterations));
         } else if took > AT_ONCE.end {
             self.at_once.set((at_once / 2).max(1));
@@ -331,14 +331,26 @@ impl Wavefront {
     }
 
     /// Submits iterations after which kernels read list `reads`. The result: what was submitted before.
-    fn submit(&self, device: &Device, encoder: CommandEncoder, reads: usize) -> Option<InFlight> {
-        let submitted = self.send(device, encoder, reads);
+    fn submit(
+        &self,
+        device: &Device,
+        encoder: CommandEncoder,
+        iterations: u32,
+        reads: usize,
+    ) -> Option<InFlight> {
+        let submitted = self.send(device, encoder, iterations, reads);
         self.free_report.set(1 - submitted.report);
         self.in_flight.replace(Some(submitted))
     }
 
     /// Submits iterations, with the report that is free.
-    fn send(&self, device: &Device, mut encoder: CommandEncoder, reads: usize) -> InFlight {
+    fn send(
+        &self,
+        device: &Device,
+        mut encoder: CommandEncoder,
+        iterations: u32,
+        reads: usize,
+    ) -> InFlight {
         let report = self.free_report.get();
         let to = &self.reports[report];
         let counted = 4 * COUNTERS as u64;
@@ -348,7 +360,11 @@ impl Wavefront {
         encoder.copy_buffer_to_buffer(counts, 0, to, 0, counted);
         encoder.copy_buffer_to_buffer(list, 0, to, counted, size);
         let index = device.queue.submit([encoder.finish()]);
-        InFlight { index, report }
+        InFlight {
+            index,
+            iterations,
+            report,
+        }
     }
 
     /// Waits for a submission, and adds up its counters.

@@ -20,7 +20,11 @@ fn usage_errors_end_with_2_and_say_what_is_allowed() {
     refused("triangle.gltf --size 0x48", &["1 to 65536"]);
     refused("triangle.gltf --size 70000x48", &["1 to 65536"]);
     refused("triangle.gltf --depth -1", &["0 to 65536"]);
-    refused("triangle.gltf --spp 0", &["1 to 8192"]);
+    refused("triangle.gltf --spp 0", &["1 to 131073"]);
+    refused(
+        "triangle.gltf --spp 8193",
+        &["--spp", "at most 8192", "--tolerance"],
+    );
     refused("triangle.gltf --min-weight 1.5", &["0 to 1"]);
     refused("triangle.gltf --exposure NaN", &["-64 to 64"]);
     refused("triangle.gltf --fov 180", &["0.001 to 179.9"]);

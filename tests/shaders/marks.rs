@@ -222,7 +222,7 @@ pub const SHARED: &[(&[Feature], &[&str])] = &[
     (&[Feature::Priorities, Feature::Contact], &["insert_medium"]),
     (
         &[Feature::Tolerance],
-        &["leave_out", "most_brought", "heaviest_first"],
+        &["leave_out", "most_brought", "show_mean", "heaviest_first"],
     ),
     (
         &[Feature::Lights, Feature::TransparentShadows],

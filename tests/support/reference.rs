@@ -118,6 +118,11 @@ impl Reference {
         }
     }
 
+    /// It is good enough for errors of this size: at most a third of what is found, as squares, is its own.
+    pub fn tells(&self, error: f64) -> bool {
+        3.0 * self.error.total().powi(2) <= error.powi(2)
+    }
+
     /// Keeps it in a folder.
     pub fn write(&self, folder: &Path, name: &str) {
         fs::create_dir_all(folder).unwrap_or_else(|error| panic!("{error}"));

@@ -37,6 +37,7 @@ const PIXELS: f64 = 160.0 * 120.0;
 
 /// All that needs no device is checked before one is opened.
 pub fn run(args: &ConvergeArgs, console: Console) -> anyhow::Result<()> {
+    args.quality.check()?;
     let sweep = sweep(args)?;
     let points = sweep.settings();
     let shadings = shadings(&points);

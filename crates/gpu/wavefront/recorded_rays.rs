@@ -79,9 +79,11 @@ impl Prepared<'_> {
     /// As [`render`](crate::render()).
     ///
     /// # Panics
-    /// If the program gathers faces in contact: that takes further traversals, which are not recorded.
+    /// If the program gathers faces in contact: that takes further traversals, which are not recorded. With a tolerance, which orders
+    /// samples as it goes.
     pub fn recorded_rays(&self) -> Result<RecordedRays, RenderError> {
         assert!(!self.features.has(Feature::Contact), "faces in contact");
+        assert!(!self.features.has(Feature::Tolerance), "a tolerance");
         let staging = BufferDescriptor {
             label: Some("recorded rays"),
             size: self.wavefront.resources.buffer("state").size(),
@@ -170,7 +172,7 @@ impl Recorder<'_> {
 
     fn report(&mut self, encoder: CommandEncoder, reads: usize) -> Result<u32, DeviceError> {
         let (device, wavefront) = (self.device, self.wavefront);
-        let sent = wavefront.send(device, encoder, reads);
+        let sent = wavefront.send(device, encoder, 1, reads);
         let done = wavefront.hear_of(device, &sent, &mut self.recorded.counters)?;
         Ok(done.left)
     }
