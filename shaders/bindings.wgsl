@@ -5,7 +5,7 @@
 
 // The scene, in tables: textures of 32-bit words that are read texel by texel (tables.wgsl). A program reads 10 at most.
 @group(0) @binding(1) var nodes: texture_storage_2d<rgba32uint, read>; // CWBVH, 5 texels a node
-@group(0) @binding(2) var leaf_vertices: texture_storage_2d<rgba32uint, read>; // in leaf order, 3 texels a triangle: corners, unit normal
+@group(0) @binding(2) var leaf_vertices: texture_storage_2d<rgba32uint, read>; // in leaf order, 3 texels a triangle: corners, unit normal; or an instance: instances.wgsl
 @group(0) @binding(3) var leaf_triangles: texture_storage_2d<rgba32uint, read>; // LeafTriangle, in leaf order
 @group(0) @binding(4) var leaf_materials: texture_storage_2d<r32uint, read>; // in leaf order, one word a triangle
 @group(0) @binding(5) var leaf_nodes: texture_storage_2d<r32uint, read>; // .. of the scene's tree, not of the hierarchy
@@ -15,6 +15,7 @@
 @group(0) @binding(9) var texels: texture_storage_2d<r32uint, read>; // of all images, RGBA8: one word each
 @group(0) @binding(10) var environment: texture_storage_2d<rgba32uint, read>; // of all levels of the environment map: one colour each
 @group(0) @binding(11) var lights: texture_storage_2d<rgba32uint, read>; // Light
+@group(0) @binding(15) var instances: texture_storage_2d<rgba32uint, read>; // INSTANCE_WORDS texels each: instances.wgsl
 
 @group(0) @binding(12) var<uniform> media: array<Medium, MEDIA>; // in the order of their rank: README.md, "Media"
 @group(0) @binding(13) var<uniform> samples: array<vec4f, SAMPLE_PAIRS>; // offsets from the middle of a pixel, pixels: two each

@@ -26,6 +26,15 @@ struct Contact {
 }
 
 var<private> contact: Contact;
+var<private> contact_met: u32; // what `contact.hit` lies on: `met`
+
+// Its hit is the one at hand.
+fn shade_contact(hit: Hit) {
+    contact.hit = hit;
+    if (HAS_INSTANCES) {
+        contact_met = met;
+    }
+}
 
 fn contact_height(corners: Vertices) -> f32 {
     let largest = max(abs(corners.v0), max(abs(corners.v1), abs(corners.v2)));
@@ -47,11 +56,11 @@ fn with_medium(ranked: vec2u, medium: u32) -> vec2u {
 
 // The first face, at `hit`.
 fn begin_contact(hit: Hit, medium: u32, origin: vec3f, direction: vec3f) {
-    let corners = leaf_positions(hit.leaf);
+    let corners = met_positions(hit.leaf);
     let along_1 = corners.v1 - corners.v0;
     let along_2 = corners.v2 - corners.v0;
     let uv = barycentrics(origin, direction, corners.v0, corners.v1, corners.v2);
-    contact.hit = hit;
+    shade_contact(hit);
     contact.position = corners.v0 + (uv.x * along_1 + uv.y * along_2);
     contact.normal = corners.normal;
     contact.height = contact_height(corners);
@@ -74,7 +83,7 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
     contact.t = hit.t;
     contact.triangle = hit.triangle;
     contact.faces += 1u;
-    let corners = leaf_positions(hit.leaf);
+    let corners = met_positions(hit.leaf);
     let apart = abs(dot(corners.normal, contact.position - corners.v0));
     if (abs(dot(corners.normal, contact.normal)) < CONTACT_COSINE || apart > contact.height) {
         return true;
@@ -85,7 +94,7 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
         }
         // Nothing is left or entered in front of an opaque face.
         contact.joined = true;
-        contact.hit = hit;
+        shade_contact(hit);
         contact.left = vec2u(0u);
         contact.entered = vec2u(0u);
         return false;
@@ -93,7 +102,7 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
     contact.joined = true;
     let ranks = max(innermost_medium(contact.left), innermost_medium(contact.entered));
     if (medium > ranks) {
-        contact.hit = hit;
+        shade_contact(hit);
     }
     if (hit.back) {
         contact.left = with_medium(contact.left, medium);
@@ -105,7 +114,7 @@ fn join_contact(hit: Hit, medium: u32) -> bool {
 
 // Nothing but the one face.
 fn no_contact(hit: Hit) {
-    contact.hit = hit;
+    shade_contact(hit);
     contact.joined = false;
     contact.left = vec2u(0u);
     contact.entered = vec2u(0u);
@@ -135,6 +144,9 @@ fn cross_contact(stack: vec2u) -> Crossing {
 // Faces that are gathered are kept from iteration to iteration, beside a suspended traversal.
 fn store_contact() {
     let hit = contact.hit;
+    if (HAS_INSTANCES) {
+        met = contact_met;
+    }
     let words = Words(
         word_of_hit(hit),
         vec4u(bitcast<vec3u>(contact.position), bitcast<u32>(contact.height)),
@@ -152,6 +164,9 @@ fn load_contact() {
     let last = words[3];
     let sides = words[4];
     contact.hit = hit_of_word(words[0]);
+    if (HAS_INSTANCES) {
+        contact_met = met_of_word(words[0]);
+    }
     contact.position = bitcast<vec3f>(first.xyz);
     contact.height = bitcast<f32>(first.w);
     contact.normal = bitcast<vec3f>(plane.xyz);

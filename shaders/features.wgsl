@@ -23,6 +23,7 @@ override HAS_LIGHTS: bool = true;             // punctual lights
 override HAS_MANY_LIGHTS: bool = true;        // .. more than one
 override HAS_ENVIRONMENT: bool = true;        // an environment map
 override HAS_WHITTED: bool = true;            // shading model: eq. 14.32; else glTF's
+override HAS_INSTANCES: bool = true;          // meshes that several nodes share: instances.wgsl
 override HAS_LONG_RAYS: bool = true;          // a single ray may do more than a dispatch should: it goes on in the next one
 override HAS_TOLERANCE: bool = true;          // samples may be ordered one by one, and what can't matter is left out: tolerance.wgsl
 override HAS_COUNTERS: bool = true;           // statistics

@@ -4,7 +4,7 @@ const NO_HIT: u32 = 0xffffffffu;
 
 struct Hit {
     t: f32,
-    triangle: u32, // NO_HIT for none
+    triangle: u32, // its number among all that are seen; NO_HIT for none
     leaf: u32, // the same triangle in leaf order
     back: bool, // seen from behind
 }
@@ -55,6 +55,10 @@ fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vert
     let slope = dot(corners.normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
     let valid = (all(areas >= vec3f(0.0)) || all(areas <= vec3f(0.0))) && slope != 0.0;
+    if (HAS_INSTANCES) {
+        // One that has shrunk to a point where its mesh was placed has a normal, but nothing to hit.
+        return TriangleHit(dot(corners.normal, a), slope, valid && any(areas != vec3f(0.0)));
+    }
     return TriangleHit(dot(corners.normal, a), slope, valid);
 }
 
@@ -149,7 +153,7 @@ fn intersect_children(
 
 // A node of the hierarchy: eight children, each a node or up to three triangles, with boxes on a grid of 256 steps to a side.
 struct Node {
-    corner: vec3f, // of the grid, scene space
+    corner: vec3f, // of the grid, scene space or that of a shared mesh
     exponents: vec3u, // of the grid's steps: powers of two, biased as f32's
     inner: u32, // bit k: child k is a node
     first_child: u32, // its nodes lie side by side, those of lower children first
@@ -186,6 +190,10 @@ fn intersect_node(ray: BoxRay, node: Node, t_min: f32, t_max: f32) -> u32 {
     if (HAS_PADDED_BOXES) {
         near_start -= slack;
         far_start += slack;
+    }
+    if (HAS_INSTANCES) {
+        near_start -= box_pad;
+        far_start += box_pad;
     }
 
     let near_x = select(node.bounds_x.xy, node.bounds_x.zw, ray.negative.x);

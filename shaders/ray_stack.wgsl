@@ -43,6 +43,10 @@ const TRAVERSAL_WORDS: u32 = 4u;
 const CONTACT_WORDS: u32 = 5u;
 const SUSPENDED_HEAD: u32 = 9u; // both of these
 
+// Two heights in a word: the stack's, and the one at which the scene's own triangles were left.
+const SUSPENDED_HEIGHT: u32 = 0xffffu;
+const SUSPENDED_ENTERED_SHIFT: u32 = 16u;
+
 const_assert SUSPENDED_HEAD == TRAVERSAL_WORDS + CONTACT_WORDS;
 const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, max(TRAVERSAL_WORDS, CONTACT_WORDS));
 
@@ -51,11 +55,19 @@ fn item_plane(level: u32) -> u32 {
     return STACK_PLANE + level * ITEM_WORDS;
 }
 
+// Lights that are left have no descendants, but a place.
+fn item_depth(item: WorkItem) -> u32 {
+    if (HAS_INSTANCES) {
+        return select(item.depth, met, item.kind == LIGHTS);
+    }
+    return item.depth;
+}
+
 // The meaning of the shared words differs by kind: the host never looks inside.
 fn store_item(slot: u32, level: u32, item: WorkItem) {
     let is_lights = item.kind == LIGHTS;
     let flags = item.kind | select(0u, ITEM_STRAIGHT, item.straight) | select(0u, ITEM_JOINED, item.joined)
-        | (item.depth << ITEM_DEPTH_SHIFT);
+        | (item_depth(item) << ITEM_DEPTH_SHIFT);
     // A radiance ray ends nowhere, a shadow ray has no descendants.
     let bound = select(bitcast<u32>(item.t_max), item.allotment, item.kind == RADIANCE);
     var rest = 0u;
@@ -100,6 +112,12 @@ fn item_of(words: array<vec4u, ITEM_WORDS>) -> WorkItem {
     }
     if (item.kind == LIGHTS) {
         item.hit = Hit(0.0, leaf_triangle(a.w).entry & LEAF_TRIANGLE, a.w, false); // whether seen from behind, surface_at finds again
+        if (HAS_INSTANCES) {
+            met = item.depth;
+            if (met != 0u) {
+                item.hit.triangle = met_number(leaf_triangle(a.w).entry);
+            }
+        }
     }
     return item;
 }

@@ -468,7 +468,7 @@ fn shade(slot: u32, popped: WorkItem, hit: Hit) {
     if (HAS_CONTACT) {
         if (item.joined) {
             // Rays start clear of all faces in this place, whichever is shaded.
-            let height = contact_height(leaf_positions(hit.leaf));
+            let height = contact_height(met_positions(hit.leaf));
             surface.position_error = max(surface.position_error, vec3f(1.5 * height));
         }
     }
@@ -589,6 +589,9 @@ fn advance(entry: u32, index: u32) -> u32 {
     if (item.kind != LIGHTS) {
         let traced = traced_of(loaded.hit);
         hit = traced.hit;
+        if (HAS_INSTANCES) {
+            met = met_of_word(loaded.hit);
+        }
         if (HAS_LONG_RAYS) {
             if (traced.suspended) {
                 return entry | ENTRY_SUSPENDED;
@@ -601,6 +604,9 @@ fn advance(entry: u32, index: u32) -> u32 {
                 return (entry & ~ENTRY_SUSPENDED) | ENTRY_GATHERING;
             }
             hit = contact.hit;
+            if (HAS_INSTANCES) {
+                met = contact_met;
+            }
             item.joined = contact.joined;
         }
     }

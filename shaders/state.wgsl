@@ -18,12 +18,21 @@ fn load_word(plane: u32, place: u32) -> vec4u {
 
 const HIT_BACK: u32 = 1u; // in a hit's last component, which has room for more
 
+const MET_SHIFT: u32 = 2u; // above TRACED_SUSPENDED
+
 fn word_of_hit(hit: Hit) -> vec4u {
+    if (HAS_INSTANCES) {
+        return vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, HIT_BACK, hit.back) | (met << MET_SHIFT));
+    }
     return vec4u(bitcast<u32>(hit.t), hit.triangle, hit.leaf, select(0u, HIT_BACK, hit.back));
 }
 
 fn hit_of_word(word: vec4u) -> Hit {
     return Hit(bitcast<f32>(word.x), word.y, word.z, (word.w & HIT_BACK) != 0u);
+}
+
+fn met_of_word(word: vec4u) -> u32 {
+    return word.w >> MET_SHIFT;
 }
 
 // Words that belong together, in planes one above the other.

@@ -33,7 +33,21 @@ struct Corners {
 }
 
 fn normal_at(vertex: u32) -> vec3f {
+    if (HAS_INSTANCES) {
+        if (met != 0u) {
+            return normalize_or(placed_normal(vertex_word(vertex, 0u).xyz), vec3f(0.0));
+        }
+    }
     return vertex_word(vertex, 0u).xyz;
+}
+
+// Of a mesh that is placed; mirroring turns the bitangent's side around.
+fn placed_tangent_at(vertex: u32) -> vec4f {
+    let tangent = vertex_word(vertex, frame.tangent_word);
+    if (met == 0u) {
+        return tangent;
+    }
+    return vec4f(normalize_or(placed_vector(tangent.xyz), vec3f(0.0)), select(tangent.w, -tangent.w, placement.mirrored));
 }
 
 fn uv_at(uv_set: u32, vertex: u32) -> vec2f {
@@ -52,6 +66,15 @@ fn interpolated_attribute(corners: Corners, word: u32) -> vec4f {
     let first = vertex_word(corners.vertices.x, word);
     return first + corners.u * (vertex_word(corners.vertices.y, word) - first)
         + corners.v * (vertex_word(corners.vertices.z, word) - first);
+}
+
+fn interpolated_tangent(corners: Corners) -> vec4f {
+    if (HAS_INSTANCES) {
+        let first = placed_tangent_at(corners.vertices.x);
+        return first + corners.u * (placed_tangent_at(corners.vertices.y) - first)
+            + corners.v * (placed_tangent_at(corners.vertices.z) - first);
+    }
+    return interpolated_attribute(corners, frame.tangent_word);
 }
 
 // row . (whole, 1) of whole numbers, which may be large, without whole periods: exact products keep the fraction.
@@ -129,7 +152,7 @@ fn normalize_or(v: vec3f, fallback: vec3f) -> vec3f {
 }
 
 fn normal_from_map(normal: vec3f, corners: Corners, value: vec3f, scale: f32) -> vec3f {
-    let interpolated = interpolated_attribute(corners, frame.tangent_word);
+    let interpolated = interpolated_tangent(corners);
     let tangent = normalize_or(interpolated.xyz - dot(interpolated.xyz, normal) * normal, vec3f(0.0));
     if (all(tangent == vec3f(0.0))) {
         return normal;
@@ -180,7 +203,13 @@ fn edges_at(uv: vec2f, v0: vec3f, e1: vec3f, e2: vec3f, normal: vec3f) -> Edges 
     let twice_area = dot(normal, cross(e1, e2));
     let lengths = max(vec3f(length(e2 - e1), length(e2), length(e1)), vec3f(1e-30));
     let distances = vec3f(1.0 - uv.x - uv.y, uv) * twice_area / lengths;
-    let reach = length(gamma(6.0) * abs(v0) + gamma(12.0) * (abs(e1) + abs(e2)));
+    var reach = length(gamma(6.0) * abs(v0) + gamma(12.0) * (abs(e1) + abs(e2)));
+    if (HAS_INSTANCES) {
+        if (met != 0u) {
+            // In proportion to how far rays are moved off the surface, or these come to lie before a neighbour's plane.
+            reach += 3.0 * length(placed_error(v0, e1, e2));
+        }
+    }
     let nearest = min(distances.x, min(distances.y, distances.z));
     var inwards = vec3f(0.0);
     if (nearest < reach) {
@@ -271,12 +300,12 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
     }
     surface.wo = -direction;
 
-    let positions = leaf_positions(hit.leaf);
+    let positions = met_positions(hit.leaf);
     let v0 = positions.v0;
     let v1 = positions.v1;
     let v2 = positions.v2;
     let uv = barycentrics(origin, direction, v0, v1, v2);
-    let corners = Corners(leaf_triangle(hit.leaf).vertices, uv.x, uv.y);
+    let corners = Corners(met_vertices(hit.leaf), uv.x, uv.y);
     let slope = dot(positions.normal, direction);
     surface.back = slope > 0.0;
     let facing = select(1.0, -1.0, surface.back);
@@ -287,6 +316,11 @@ fn surface_at(hit: Hit, origin: vec3f, direction: vec3f) -> Surface {
         let point = point_at(origin, direction, slope, uv, positions);
         surface.position = point.position;
         surface.position_error = point.plane_error;
+        if (HAS_INSTANCES) {
+            if (met != 0u) {
+                surface.position_error += placed_error(v0, v1 - v0, v2 - v0);
+            }
+        }
         surface.edge_distance = point.edge_distance;
         surface.edge_error = point.edge_error;
     } else {

@@ -36,10 +36,16 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         after = NO_HIT;
     }
     var hit = Hit(t_max, NO_HIT, 0u, false);
+    if (HAS_INSTANCES) {
+        met = 0u;
+    }
     if (frame.triangle_count == 0u) {
         return hit;
     }
-    let ray = box_ray(origin, direction);
+    var ray = box_ray(origin, direction);
+    if (HAS_INSTANCES) {
+        ray = ray_without(origin, direction);
+    }
     var view: View;
     if (HAS_WATERTIGHT) {
         view = view_along(direction);
@@ -58,8 +64,18 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         if (suspended) {
             let words = load_words(suspended_plane(0u), traversal_slot, TRAVERSAL_WORDS);
             hit = hit_of_word(words[0]);
+            if (HAS_INSTANCES) {
+                met = met_of_word(words[0]);
+                if (words[1].w != 0u) {
+                    ray = ray_within(words[1].w, origin, direction);
+                }
+            }
             group = words[1].xy;
             height = words[1].z;
+            if (HAS_INSTANCES) {
+                entered_height = height >> SUSPENDED_ENTERED_SHIFT;
+                height &= SUSPENDED_HEIGHT;
+            }
             top = words[2].xy;
             second = words[2].zw;
             third = words[3].xy;
@@ -75,7 +91,10 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     loop {
         if (HAS_LONG_RAYS) {
             if (steps >= frame.step_budget) {
-                let words = Words(word_of_hit(hit), vec4u(group, height, 0u), vec4u(top, second), vec4u(third, fourth), vec4u(0u));
+                var words = Words(word_of_hit(hit), vec4u(group, height, 0u), vec4u(top, second), vec4u(third, fourth), vec4u(0u));
+                if (HAS_INSTANCES) {
+                    words[1] = vec4u(group, height | (entered_height << SUSPENDED_ENTERED_SHIFT), within);
+                }
                 store_words(suspended_plane(0u), traversal_slot, words, TRAVERSAL_WORDS);
                 for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
                     store_word(below_plane(k), traversal_slot, vec4u(below[k], below[k + 1u]));
@@ -84,10 +103,32 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 break;
             }
         }
+        if (HAS_INSTANCES) {
+            instance_bits = 0u;
+            if ((group.x & INSTANCE_GROUP) != 0u) {
+                // The next place of a mesh; those that remain for later.
+                let offset = firstTrailingBit(group.y & 0x00ffffffu);
+                let leaf = (group.x & ~INSTANCE_GROUP) + offset;
+                let others = vec2u(group.x, group.y & ~(1u << offset));
+                if ((others.y & 0x00ffffffu) != 0u) {
+                    if (height >= STACK_VARIABLES) {
+                        below[height - STACK_VARIABLES] = fourth;
+                    }
+                    fourth = third;
+                    third = second;
+                    second = top;
+                    top = others;
+                    height += 1u;
+                }
+                entered_height = height;
+                ray = ray_within(leaf_instance(leaf), origin, direction);
+                group = vec2u(instance_root(within), 0x80000000u);
+            }
+        }
         // Take the next node of the group; keep what remains of the group for later.
         let bit = firstLeadingBit(group.y);
         let which_inner = group.y & 0xffu;
-        let rest = vec2u(group.x, group.y & ~(1u << bit));
+        var rest = vec2u(group.x, group.y & ~(1u << bit));
         let slot = (bit - 24u) ^ (ray.octant & 0xffu);
         let child = group.x + countOneBits(which_inner & ~(0xffffffffu << slot));
         let node = load_node(child);
@@ -106,7 +147,14 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             let offset = firstTrailingBit(leaf_bits);
             leaf_bits &= leaf_bits - 1u;
             let leaf = node.first_leaf + offset;
-            let corners = leaf_positions(leaf);
+            var corners = leaf_positions(leaf);
+            if (HAS_INSTANCES) {
+                if (corners.normal.x == INSTANCE_NORMAL) {
+                    instance_bits |= 1u << offset;
+                    continue;
+                }
+                corners = placed(corners);
+            }
             var found: TriangleHit;
             if (HAS_WATERTIGHT) {
                 found = intersect_triangle(origin, direction, view, corners);
@@ -124,7 +172,10 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 continue;
             }
             let entry = leaf_triangle(leaf).entry;
-            let triangle = entry & LEAF_TRIANGLE;
+            var triangle = entry & LEAF_TRIANGLE;
+            if (HAS_INSTANCES) {
+                triangle += placement.first;
+            }
             let closer = t < hit.t || triangle < hit.triangle;
             let beyond = t > t_min || (t_min != 0.0 && triangle > after);
             if (!closer || !beyond || triangle == after) {
@@ -140,6 +191,9 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 }
             }
             hit = Hit(t, triangle, leaf, found.slope > 0.0);
+            if (HAS_INSTANCES) {
+                met = within;
+            }
             if (shadow) {
                 if (HAS_TRANSPARENT_SHADOWS) {
                     if ((entry & LEAF_TRANSPARENT) != 0u) {
@@ -150,6 +204,25 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             }
         }
 
+        if (HAS_INSTANCES) {
+            if (instance_bits != 0u) {
+                // Before the nodes of this group, and those of the one above.
+                if (group.y > 0x00ffffffu) {
+                    if (rest.y > 0x00ffffffu) {
+                        if (height >= STACK_VARIABLES) {
+                            below[height - STACK_VARIABLES] = fourth;
+                        }
+                        fourth = third;
+                        third = second;
+                        second = top;
+                        top = rest;
+                        height += 1u;
+                    }
+                    rest = group;
+                }
+                group = vec2u(node.first_leaf | INSTANCE_GROUP, instance_bits | 0xff000000u);
+            }
+        }
         if (group.y > 0x00ffffffu) {
             if (rest.y > 0x00ffffffu) {
                 if (height >= STACK_VARIABLES) {
@@ -166,6 +239,11 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         } else {
             if (height == 0u) {
                 break;
+            }
+            if (HAS_INSTANCES) {
+                if (within != 0u && height == entered_height) {
+                    ray = ray_without(origin, direction);
+                }
             }
             height -= 1u;
             group = top;

@@ -64,7 +64,7 @@ const BACKGROUND_TRANSPARENT: u32 = 2u;
 // vertices are turned so that the first is the one opposite to the longest edge (crates/gpu/upload.rs).
 struct LeafTriangle {
     vertices: vec3u, // their records in `attributes`, which vertices that are equal share
-    entry: u32, // its index in the scene, with LEAF_* flags
+    entry: u32, // its index in the scene, with LEAF_* flags; 0 for an instance
 }
 
 // Flags that traversal needs, in the upper bits of `LeafTriangle.entry`.

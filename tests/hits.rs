@@ -318,7 +318,7 @@ struct Marksman<'s> {
 
 impl<'s> Marksman<'s> {
     fn new(scene: &'s Scene) -> Self {
-        let (min, max) = scene.geometry.bounds().expect("there are triangles");
+        let (min, max) = scene.bounds().expect("there are triangles");
         Self {
             geometry: &scene.geometry,
             min: min.as_vec3(),

@@ -44,7 +44,7 @@ pub enum BvhError {
 
 /// The most triangles, counted once for each leaf that names them: a leaf entry has 30 bits for the index. Splitting may
 /// double them.
-const TRIANGLE_LIMIT: usize = (1 << 29) - 1;
+pub(crate) const TRIANGLE_LIMIT: usize = (1 << 29) - 1;
 
 /// The deepest binary tree that is collapsed into a wide one. Agglomeration makes chains of triangles that lie in
 /// almost one place; those are split at the median instead, which gives at most 29 levels. Three binary
@@ -74,9 +74,6 @@ pub fn build_of(
             limit: TRIANGLE_LIMIT,
         });
     }
-    if count == 0 {
-        return Ok(Bvh::default());
-    }
     let triangle = |index| {
         let [v0, v1, v2] = corners(index).map(Vec3A::from);
         Triangle { v0, v1, v2 }
@@ -85,22 +82,38 @@ pub fn build_of(
         let all = (0..count).into_par_iter();
         all.map(|index| triangle(index).aabb()).collect()
     };
-    let parameters = parameters(preset);
-    let binary = if parameters.pre_split {
-        let triangles: Vec<Triangle> = (0..count).into_par_iter().map(triangle).collect();
-        let (boxes, indices) = split(&triangles, boxes());
-        agglomerate(boxes, indices, &parameters)
-    } else {
-        agglomerate(boxes(), (0..count as u32).collect(), &parameters)
+    let triangles = || (0..count).into_par_iter().map(triangle).collect();
+    Ok(build_over(count, boxes, Some(&triangles), preset))
+}
+
+/// A hierarchy over boxes. Where `triangles` says what is in them, they may be split.
+pub(crate) fn build_over(
+    count: usize,
+    boxes: impl Fn() -> Vec<Aabb>,
+    triangles: Option<&dyn Fn() -> Vec<Triangle>>,
+    preset: Preset,
+) -> Bvh {
+    if count == 0 {
+        return Bvh::default();
+    }
+    let mut parameters = parameters(preset);
+    parameters.pre_split &= triangles.is_some();
+    let binary = match triangles {
+        Some(triangles) if parameters.pre_split => {
+            let (boxes, indices) = split(&triangles(), boxes());
+            agglomerate(boxes, indices, &parameters)
+        }
+        _ => agglomerate(boxes(), (0..count as u32).collect(), &parameters),
     };
     let wide = collapse(&binary, BINARY_DEPTH_LIMIT)
         .or_else(|| collapse(&median::split(&boxes()), BINARY_DEPTH_LIMIT))
         .expect("halving 2^29 triangles takes 30 levels");
-    Ok(Bvh {
+    Bvh {
         nodes: cast_vec(wide.nodes),
         leaf_triangles: wide.primitives,
         depth: wide.depth,
-    })
+        meshes: Vec::new(),
+    }
 }
 
 fn parameters(preset: Preset) -> BvhBuildParams {

@@ -4,7 +4,7 @@ use bytemuck::cast;
 use glam::Vec3;
 use obvhs::cwbvh::node::CwBvhNode;
 
-use crate::Bvh;
+use crate::{Bvh, Placed};
 
 /// What is wrong with a hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,6 +45,29 @@ pub fn check(bvh: &Bvh, triangles: &[[Vec3; 3]], split: bool) -> Result<(), Defe
             _ if split => {}
             _ => return Err(Defect::Twice(index)),
         }
+    }
+    Ok(())
+}
+
+/// As [`check`], of a hierarchy of two levels, `corners` knowing each triangle in the space that it lies in. Indices of a [`Defect`] are
+/// those of the level in which it was found.
+///
+/// # Errors
+/// The first [`Defect`] found.
+pub fn check_instanced(
+    bvh: &Bvh,
+    placed: Placed<'_>,
+    corners: impl Fn(usize) -> [Vec3; 3],
+    split: bool,
+) -> Result<(), Defect> {
+    let own = (0..placed.own).map(&corners);
+    // Of a box two corners.
+    let boxes = placed.instances.iter().map(|&(min, max)| [min, max, max]);
+    let all: Vec<[Vec3; 3]> = own.chain(boxes).collect();
+    check(&bvh.part(None, placed.own, 0), &all, false)?;
+    for (number, mesh) in placed.meshes.iter().enumerate() {
+        let triangles: Vec<[Vec3; 3]> = mesh.clone().map(|index| corners(index as usize)).collect();
+        check(&bvh.part(Some(number), 0, mesh.start), &triangles, split)?;
     }
     Ok(())
 }

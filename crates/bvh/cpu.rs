@@ -32,9 +32,10 @@ impl CpuTraversal {
     /// The hierarchy over the triangles that it was built from.
     ///
     /// # Panics
-    /// If the hierarchy is deeper than obvhs's stack: 32 levels.
+    /// If the hierarchy is deeper than obvhs's stack, 32 levels, or has two levels.
     #[must_use]
     pub fn new(bvh: &Bvh, triangles: &[[Vec3; 3]]) -> Self {
+        assert!(bvh.meshes.is_empty(), "obvhs knows no places of meshes");
         assert!(bvh.depth <= STACK, "obvhs can't walk {} levels", bvh.depth);
         let prepared = |&triangle: &u32| {
             let [v0, v1, v2] = triangles[triangle as usize].map(Vec3A::from);

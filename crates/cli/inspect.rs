@@ -5,8 +5,8 @@ use std::fmt::Write;
 use glam::DVec3;
 use raytree::model::{Filter, Texture, Warning, Wrap};
 use raytree::{
-    Cost, Feature, Preset, ProgramFeatures, RenderError, RenderSettings, Scene, SceneFeatures,
-    default_camera, default_size, light_if_dark, simplify,
+    Cost, Feature, Preset, ProgramFeatures, RenderError, RenderSettings, RepeatedMesh, Scene,
+    SceneFeatures, WhyCopied, default_camera, default_size, light_if_dark, simplify,
 };
 use serde_json::{Map, Value, json};
 
@@ -52,7 +52,7 @@ impl Plan {
 
 /// Metres.
 fn world_bounds(scene: &Scene) -> Option<[DVec3; 2]> {
-    let (min, max) = scene.geometry.bounds()?;
+    let (min, max) = scene.bounds()?;
     Some([min, max].map(|corner| scene.frame.to_world(corner)))
 }
 
@@ -92,6 +92,8 @@ fn as_json(file: &str, scene: &Scene, plan: &Plan) -> Value {
     json!({
         "file": file,
         "triangles": scene.geometry.triangles.len(),
+        "placed_triangles": scene.placed_triangles(),
+        "repeated_meshes": repeated_json(scene),
         "vertices": scene.geometry.positions.len(),
         "uv_sets": scene.geometry.uv_sets.len(),
         "vertex_colors": !scene.geometry.colors.is_empty(),
@@ -109,6 +111,47 @@ fn as_json(file: &str, scene: &Scene, plan: &Plan) -> Value {
     })
 }
 
+/// Of a triangle's copy on the device, at least: corners, normal, and what a hit looks up.
+const COPY_BYTES: u64 = 68;
+
+/// What sharing a mesh saves on the device, hierarchy and attributes left out.
+fn saved_bytes(mesh: &RepeatedMesh) -> u64 {
+    mesh.sharing.saturating_sub(1) as u64 * mesh.triangles as u64 * COPY_BYTES
+}
+
+fn repeated_json(scene: &Scene) -> Vec<Value> {
+    let entry = |mesh: &RepeatedMesh| {
+        json!({
+            "mesh": mesh.name,
+            "nodes": mesh.nodes,
+            "triangles": mesh.triangles,
+            "sharing": mesh.sharing,
+            "saved_bytes": saved_bytes(mesh),
+            "copied": mesh.copied.map(WhyCopied::reason),
+        })
+    };
+    scene.repeated.iter().map(entry).collect()
+}
+
+fn repeated_text(mesh: &RepeatedMesh) -> String {
+    let RepeatedMesh {
+        name,
+        nodes,
+        triangles,
+        sharing,
+        copied,
+    } = mesh;
+    let mut text = format!("'{name}'  {triangles} triangles, {nodes} nodes");
+    if *sharing > 0 {
+        let saved = size(saved_bytes(mesh));
+        text += &format!(", shared by {sharing}: {saved} saved");
+    }
+    if let Some(why) = copied {
+        text += &format!(", {} copied: {}", nodes - sharing, why.reason());
+    }
+    text
+}
+
 fn texture_json(texture: &Texture) -> Value {
     json!({
         "image": texture.image,
@@ -124,7 +167,15 @@ fn as_text(file: &str, scene: &Scene, plan: &Plan) -> String {
         // Writing to a string can't fail.
         let _ = writeln!(text, "{heading:<10} {value}");
     };
-    line("triangles", &scene.geometry.triangles.len().to_string());
+    let (stored, seen) = (
+        scene.geometry.triangles.len() as u64,
+        scene.placed_triangles(),
+    );
+    if stored == seen {
+        line("triangles", &stored.to_string());
+    } else {
+        line("triangles", &format!("{stored}, of which {seen} are seen"));
+    }
     line("vertices", &scene.geometry.positions.len().to_string());
     match world_bounds(scene) {
         None => line("bounds", "none: there are no triangles"),
@@ -148,6 +199,10 @@ fn as_text(file: &str, scene: &Scene, plan: &Plan) -> String {
             line("", &format!("{index:>3}  {entry}"));
         }
     };
+    section(
+        "repeated",
+        scene.repeated.iter().map(repeated_text).collect(),
+    );
     section(
         "materials",
         scene
@@ -298,6 +353,36 @@ fn filter_name(filter: Filter) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_mesh_that_many_nodes_show_says_what_became_of_it() {
+        let mesh = |sharing, copied| RepeatedMesh {
+            name: "tree".to_owned(),
+            nodes: 12,
+            triangles: 1000,
+            sharing,
+            copied,
+        };
+        assert_eq!(
+            repeated_text(&mesh(11, Some(WhyCopied::Placement))),
+            "'tree'  1000 triangles, 12 nodes, shared by 11: 664.1 KiB saved, 1 copied: nodes flatten, stretch or shrink it too far"
+        );
+        assert_eq!(
+            repeated_text(&mesh(0, Some(WhyCopied::Small))),
+            "'tree'  1000 triangles, 12 nodes, 12 copied: copies cost less than the rays' longer way"
+        );
+        assert_eq!(saved_bytes(&mesh(12, None)), 11 * 1000 * COPY_BYTES);
+        let scene = Scene {
+            repeated: vec![mesh(0, Some(WhyCopied::SeenThrough))],
+            ..Scene::default()
+        };
+        let json = &repeated_json(&scene)[0];
+        assert_eq!(
+            (&json["saved_bytes"], &json["nodes"]),
+            (&json!(0), &json!(12))
+        );
+        assert_eq!(json["copied"], WhyCopied::SeenThrough.reason());
+    }
 
     #[test]
     fn sizes_have_the_unit_that_fits() {

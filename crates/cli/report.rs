@@ -25,7 +25,7 @@ pub struct Contents {
 impl Contents {
     pub fn of(scene: &Scene) -> Self {
         Self {
-            triangles: scene.geometry.triangles.len(),
+            triangles: scene.placed_triangles() as usize,
             materials: scene.materials.len(),
             textures: scene.textures.len(),
             lights: scene.lights.len(),

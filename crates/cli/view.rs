@@ -58,7 +58,7 @@ fn own_camera(args: &ViewArgs, scene: &Scene, aspect: f64) -> anyhow::Result<Cam
 
 /// Of the scene's bounding box, scene space.
 fn middle(scene: &Scene) -> DVec3 {
-    let (min, max) = scene.geometry.bounds().unwrap_or_default();
+    let (min, max) = scene.bounds().unwrap_or_default();
     0.5 * (min + max)
 }
 

@@ -6,6 +6,7 @@ use crate::{
     adaptive::{BUDGET_MOST, COMMON_RAYS, STORAGE_SHIFT},
     batch::TILE_PIXELS,
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
+    instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
     pass::ITEM_BYTES,
     render::{
         CAMERA_LEVEL, EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES,
@@ -52,6 +53,17 @@ fn a_work_item_has_as_many_bytes() {
         u64::from(constant(&shaders(), "ITEM_WORDS")) * 16,
         ITEM_BYTES
     );
+}
+
+#[test]
+fn an_instance_is_read_as_it_is_written() {
+    let module = shaders();
+    assert_eq!(constant(&module, "INSTANCE_WORDS") as usize, INSTANCE_WORDS);
+    assert_eq!(float(&module, "INSTANCE_NORMAL"), INSTANCE_NORMAL);
+    // An item's depth gives way to it, counted from 1; in a hit it has two bits more.
+    let bits = 32 - constant(&module, "ITEM_DEPTH_SHIFT");
+    assert_eq!(MOST_INSTANCES, (1 << bits) - 1);
+    assert!(constant(&module, "MET_SHIFT") <= constant(&module, "ITEM_DEPTH_SHIFT"));
 }
 
 #[test]

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use raytree_scene::{
     environment::EquirectMap,
     features::{may_bound_solid, transmits},
+    instances::Instance,
     model::{
         AlphaMode, Background, Light, LightKind, Material, Scene, Triangle, WhittedCoefficients,
     },
@@ -128,14 +129,42 @@ fn brightest_place(scene: &Scene, light: &Light) -> DVec3 {
         LightKind::Directional { .. } => return light.intensity,
         LightKind::Point { position, .. } | LightKind::Spot { position, .. } => position,
     };
-    let distance = |triangle: &Triangle| {
-        let corners = triangle
+    let distance = |corners: [DVec3; 3]| distance_squared(position, corners);
+    let corners = |triangle: &Triangle| {
+        triangle
             .vertices
-            .map(|v| scene.geometry.positions[v as usize].as_dvec3());
-        distance_squared(position, corners)
+            .map(|v| scene.geometry.positions[v as usize].as_dvec3())
     };
-    let triangles = scene.geometry.triangles.par_iter();
-    let nearest = triangles.map(distance).reduce(|| f64::INFINITY, f64::min);
+    let own = scene.geometry.triangles[..scene.own_triangles()].par_iter();
+    let nearest = own
+        .map(|triangle| distance(corners(triangle)))
+        .reduce(|| f64::INFINITY, f64::min);
+    // Of instances that are no farther than what was found so far; the nearest first, which spares most of the others.
+    let mut instances: Vec<(f64, &Instance)> = scene
+        .instances
+        .iter()
+        .map(|instance| {
+            let (min, max) = instance.bounds;
+            let inside = position.clamp(min, max);
+            (inside.distance_squared(position), instance)
+        })
+        .collect();
+    instances.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let nearest = instances
+        .into_iter()
+        .fold(nearest, |nearest, (least, instance)| {
+            if least >= nearest {
+                return nearest;
+            }
+            let mesh = &scene.meshes[instance.mesh as usize].triangles;
+            let triangles =
+                scene.geometry.triangles[mesh.start as usize..mesh.end as usize].par_iter();
+            triangles
+                .map(|triangle| {
+                    distance(corners(triangle).map(|corner| instance.placement.point(corner)))
+                })
+                .reduce(|| nearest, f64::min)
+        });
     // Positions are rounded to f32 on the device.
     let nearest = (nearest.sqrt() * (1.0 - 1e-5) - 1e-6).max(0.0).powi(2);
     (light.intensity / nearest.max(1e-30)).min(DVec3::splat(LARGEST))

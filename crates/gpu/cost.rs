@@ -94,7 +94,7 @@ pub fn cost(
         .filter(|buffer| GEOMETRY_TABLES.contains(&buffer.name.as_str()))
         .map(|buffer| buffer.bytes)
         .sum();
-    let triangles = scene.geometry.triangles.len();
+    let triangles = scene.placed_triangles();
     Ok(Cost {
         spirv_words: words,
         triangle_bytes: if triangles == 0 {

@@ -15,6 +15,7 @@ mod cost;
 mod device;
 mod error;
 mod hierarchy;
+mod instances;
 mod pass;
 mod piece;
 mod pipeline;

@@ -49,6 +49,10 @@ pub struct Prober<'d> {
     bulk: Bulk<'d>,
     /// Of each triangle, the corner that the device begins at.
     first_corners: Vec<u8>,
+    /// How many of them are the scene's own.
+    own: usize,
+    /// Of each instance: the number of its first triangle, the same triangle's place in the scene, and whether it is mirrored.
+    instances: Vec<(u32, u32, bool)>,
 }
 
 impl<'d> Prober<'d> {
@@ -70,6 +74,16 @@ impl<'d> Prober<'d> {
         Ok(Self {
             bulk: Bulk::new(device, Kernel::Probe, scene, bvh, features, numerics)?,
             first_corners: first_corners.collect(),
+            own: scene.own_triangles(),
+            instances: scene
+                .instances
+                .iter()
+                .zip(scene.first_numbers())
+                .map(|(instance, number)| {
+                    let first = scene.meshes[instance.mesh as usize].triangles.start;
+                    (number, first, instance.placement.mirrors())
+                })
+                .collect(),
         })
     }
 
@@ -107,14 +121,35 @@ impl<'d> Prober<'d> {
         Ok(self.bulk.device.wait()?)
     }
 
+    /// Which of the scene's triangles has this number, and whether it is seen mirrored.
+    fn shown(&self, number: u32) -> (usize, bool) {
+        if (number as usize) < self.own {
+            return (number as usize, false);
+        }
+        let after = self
+            .instances
+            .partition_point(|&(first, _, _)| first <= number);
+        let (first, triangle, mirrored) = self.instances[after - 1];
+        ((number - first + triangle) as usize, mirrored)
+    }
+
     /// From the device's order of a triangle's vertices to the scene's.
     fn turn_back(&self, hit: &mut ProbeHit) {
-        let first = self.first_corners.get(hit.triangle as usize);
+        if hit.triangle == u32::MAX {
+            return;
+        }
+        let (triangle, mirrored) = self.shown(hit.triangle);
+        // The other way round.
+        let turned = match (self.first_corners[triangle], mirrored) {
+            (1, true) => 2,
+            (2, true) => 1,
+            (first, _) => first,
+        };
         // Rounding may leave less than nothing for the third.
         let third = (1.0 - hit.u - hit.v).max(0.0);
-        (hit.u, hit.v) = match first {
-            Some(1) => (third, hit.u),
-            Some(2) => (hit.v, third),
+        (hit.u, hit.v) = match turned {
+            1 => (third, hit.u),
+            2 => (hit.v, third),
             _ => (hit.u, hit.v),
         };
     }

@@ -129,6 +129,8 @@ features! {
         "there is an environment map", "there is no environment map, or a black one",
     Whitted "HAS_WHITTED" "the book's shading model"
         "--shading whitted", "--shading pbr",
+    Instances "HAS_INSTANCES" "shared meshes"
+        "nodes share a mesh", "no nodes share a mesh",
     LongRays "HAS_LONG_RAYS" "rays that take several iterations"
         "there are triangles enough for one ray to keep a device busy", "there are too few triangles for a ray to take long",
     Tolerance "HAS_TOLERANCE" "error control"
@@ -192,6 +194,7 @@ impl ProgramFeatures {
             .with(Feature::ManyLights, scene.lights > 1)
             .with(Feature::Environment, scene.environment)
             .with(Feature::Whitted, whitted)
+            .with(Feature::Instances, scene.instances)
             .with(Feature::LongRays, scene.many_triangles)
             .with(Feature::Tolerance, settings.tolerance.is_some())
             .with(Feature::Counters, settings.counters)

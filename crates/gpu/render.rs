@@ -469,12 +469,7 @@ impl Plan {
         frame.rotation_cos = rotation.cos() as f32;
         frame.rotation_sin = rotation.sin() as f32;
         set_background(&mut frame, scene.surroundings.background);
-        set_camera(
-            &mut frame,
-            &settings.camera,
-            settings,
-            scene.geometry.bounds(),
-        );
+        set_camera(&mut frame, &settings.camera, settings, scene.bounds());
         Self {
             frame,
             tiling,

@@ -36,6 +36,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "counters.wgsl",
     "camera.wgsl",
     "intersect.wgsl",
+    "instances.wgsl",
     "traverse.wgsl",
     "texture.wgsl",
     "environment.wgsl",

@@ -2,7 +2,7 @@
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::{DVec3, Vec3};
-use raytree_bvh::Bvh;
+use raytree_bvh::{Bvh, INSTANCE};
 use raytree_scene::{
     environment::EquirectMap,
     features::{transmits, whitted_transmits},
@@ -15,6 +15,7 @@ use raytree_scene::{
 use crate::{
     attributes::{Attributes, VertexRecord},
     error::RenderError,
+    instances::{self, InstanceRecord, MOST_INSTANCES},
     program::{Feature, ProgramFeatures},
     settings::Shading,
     solids::RankedMedia,
@@ -49,13 +50,14 @@ pub(crate) const LARGEST_FACTOR: f32 = 1e6;
 const LEAST_ATTENUATION: f32 = 1e-6;
 
 /// The tables whose size goes with the number of triangles, by their names in `shaders/bindings.wgsl`.
-pub(crate) const GEOMETRY_TABLES: [&str; 6] = [
+pub(crate) const GEOMETRY_TABLES: [&str; 7] = [
     "nodes",
     "leaf_vertices",
     "leaf_triangles",
     "leaf_materials",
     "leaf_nodes",
     "attributes",
+    "instances",
 ];
 
 /// The others.
@@ -88,6 +90,7 @@ pub struct GpuScene<'a> {
     attributes: Attributes<'a>,
     /// What a leaf's entry says of each material.
     leaf_flags: Vec<u32>,
+    instances: Vec<InstanceRecord>,
     pub materials: Vec<Material>,
     pub texture_uses: Vec<[TextureUse; MATERIAL_TEXTURES]>,
     pub texels: Vec<u32>,
@@ -120,6 +123,7 @@ impl<'a> GpuScene<'a> {
             leaf_flags: materials
                 .map(|material| leaf_flags(material, shading))
                 .collect(),
+            instances: instances::records(scene, bvh),
             materials: Vec::new(),
             texture_uses: Vec::new(),
             texels: Vec::new(),
@@ -141,15 +145,21 @@ impl<'a> GpuScene<'a> {
     pub fn table(&self, name: &str) -> Option<Table<'_>> {
         let wide = Table::wide;
         let leaves = self.bvh.leaf_triangles.len();
+        let triangle = |leaf| self.triangle(leaf);
         Some(match name {
             "nodes" => wide(cast_slice(&self.bvh.nodes)),
             "leaf_vertices" => Table::wide_of(leaves, |leaf| self.leaf_vertices(leaf)),
             "leaf_triangles" => {
                 Table::wide_of::<4>(leaves, |leaf| bytemuck::cast(self.leaf_triangle(leaf)))
             }
-            "leaf_materials" => Table::narrow_of(leaves, |leaf| self.triangle(leaf).material),
-            "leaf_nodes" => Table::narrow_of(leaves, |leaf| self.triangle(leaf).node),
+            "leaf_materials" => {
+                Table::narrow_of(leaves, move |leaf| triangle(leaf).map_or(0, |t| t.material))
+            }
+            "leaf_nodes" => {
+                Table::narrow_of(leaves, move |leaf| triangle(leaf).map_or(0, |t| t.node))
+            }
             "attributes" => self.attributes.table(),
+            "instances" => wide(cast_slice(self.instances.as_flattened())),
             "materials" => wide(cast_slice(&self.materials)),
             "texture_uses" => wide(cast_slice(self.texture_uses.as_flattened())),
             "texels" => Table::narrow(&self.texels),
@@ -164,6 +174,14 @@ impl<'a> GpuScene<'a> {
     /// # Errors
     /// [`RenderError::TooLarge`] if not.
     pub(crate) fn check(&self, highest: u32) -> Result<(), RenderError> {
+        if self.instances.len() > MOST_INSTANCES {
+            let size = size_of::<InstanceRecord>() as u64;
+            return Err(RenderError::TooLarge {
+                buffer: "instances".to_owned(),
+                bytes: self.instances.len() as u64 * size,
+                limit: MOST_INSTANCES as u64 * size,
+            });
+        }
         tables()
             .filter_map(|name| Some((name, self.table(name)?)))
             .try_for_each(|(name, table)| table.check(name, highest))
@@ -192,7 +210,9 @@ impl<'a> GpuScene<'a> {
     /// Entry `leaf` of `leaf_triangles`.
     #[must_use]
     pub fn leaf_triangle(&self, leaf: usize) -> LeafTriangle {
-        let triangle = self.triangle(leaf);
+        let Some(triangle) = self.triangle(leaf) else {
+            return LeafTriangle::zeroed();
+        };
         let vertices = turned(&self.scene.geometry, triangle.vertices);
         LeafTriangle {
             vertices: vertices.map(|vertex| self.attributes.number(vertex)),
@@ -203,13 +223,18 @@ impl<'a> GpuScene<'a> {
     /// Entry `leaf` of `leaf_vertices`: corners and normal.
     fn leaf_vertices(&self, leaf: usize) -> [u32; 12] {
         let geometry = &self.scene.geometry;
-        let vertices = turned(geometry, self.triangle(leaf).vertices);
+        let Some(triangle) = self.triangle(leaf) else {
+            return instances::leaf(self.bvh.leaf_triangles[leaf] & !INSTANCE);
+        };
+        let vertices = turned(geometry, triangle.vertices);
         let [a, b, c] = vertices.map(|vertex| geometry.positions[vertex as usize]);
         bytemuck::cast([a, b, c, unit_normal([a, b, c])].map(|vector| vector.to_array()))
     }
 
-    fn triangle(&self, leaf: usize) -> Triangle {
-        self.scene.geometry.triangles[self.bvh.leaf_triangles[leaf] as usize]
+    /// `None`: the leaf is a place of a mesh.
+    fn triangle(&self, leaf: usize) -> Option<Triangle> {
+        let entry = self.bvh.leaf_triangles[leaf];
+        (entry & INSTANCE == 0).then(|| self.scene.geometry.triangles[entry as usize])
     }
 
     /// Which of the textures that a material can have some material has, a bit each.

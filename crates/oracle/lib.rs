@@ -32,13 +32,16 @@ pub use render::{Counts, Ended, Picture, Rays, Settings, Shading};
 pub use spread::Spread;
 pub use surface::FirstHit;
 
+use std::borrow::Cow;
+
 use raytree_scene::model::Scene;
 
 use crate::tree::Tree;
 
 /// A scene made ready to be asked about.
 pub struct Oracle<'s> {
-    scene: &'s Scene,
+    /// With a copy of each shared mesh for each node: nothing here knows of places of meshes.
+    scene: Cow<'s, Scene>,
     tree: Tree,
     solids: solids::Memo,
 }
@@ -50,7 +53,7 @@ impl<'s> Oracle<'s> {
     /// The oracle of `scene`: brute force for few triangles, a bounding-box tree for more.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        if scene.geometry.triangles.len() <= Self::BRUTE_FORCE_LIMIT {
+        if scene.placed_triangles() <= Self::BRUTE_FORCE_LIMIT as u64 {
             Self::brute_force(scene)
         } else {
             Self::with_tree(scene)
@@ -60,9 +63,10 @@ impl<'s> Oracle<'s> {
     /// The oracle that tests every triangle, however many there are.
     #[must_use]
     pub fn brute_force(scene: &'s Scene) -> Self {
+        let scene = scene.copied();
         Self {
-            scene,
             tree: Tree::single_leaf(&scene.geometry),
+            scene,
             solids: solids::Memo::default(),
         }
     }
@@ -70,9 +74,10 @@ impl<'s> Oracle<'s> {
     /// The oracle with a bounding-box tree, however few triangles there are.
     #[must_use]
     pub fn with_tree(scene: &'s Scene) -> Self {
+        let scene = scene.copied();
         Self {
-            scene,
             tree: Tree::build(&scene.geometry),
+            scene,
             solids: solids::Memo::default(),
         }
     }

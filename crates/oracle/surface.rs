@@ -61,12 +61,12 @@ pub struct FirstHit {
     pub node: usize,
 }
 
-impl<'s> Oracle<'s> {
-    pub(crate) fn triangle(&self, hit: &Hit) -> &'s Triangle {
+impl Oracle<'_> {
+    pub(crate) fn triangle(&self, hit: &Hit) -> &Triangle {
         &self.scene.geometry.triangles[hit.triangle]
     }
 
-    pub(crate) fn material(&self, hit: &Hit) -> &'s Material {
+    pub(crate) fn material(&self, hit: &Hit) -> &Material {
         &self.scene.materials[self.triangle(hit).material as usize]
     }
 
@@ -75,16 +75,16 @@ impl<'s> Oracle<'s> {
         let material = self.material(hit);
         match material.alpha_mode {
             AlphaMode::Mask { cutoff } => {
-                base_and_alpha(material, &Place::new(self.scene, self.triangle(hit), hit)).1
+                base_and_alpha(material, &Place::new(&self.scene, self.triangle(hit), hit)).1
                     < f64::from(cutoff)
             }
             AlphaMode::Opaque | AlphaMode::Blend => false,
         }
     }
 
-    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit, shading: Shading) -> Surface<'s> {
+    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit, shading: Shading) -> Surface<'_> {
         let material = self.material(hit);
-        let place = Place::new(self.scene, self.triangle(hit), hit);
+        let place = Place::new(&self.scene, self.triangle(hit), hit);
         let wo = -ray.direction.normalized();
         let front = place.geometric_normal();
         let towards_wo = |normal: Vec3| if hit.back { -normal } else { normal };

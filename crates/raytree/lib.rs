@@ -45,7 +45,11 @@ pub use raytree_scene::{
     default_view::{ViewError, default_size, frame_scene, look_at},
     environment::{Environment, EnvironmentError, load_environment},
     features::SceneFeatures,
-    import::{ImportError, import as import_unsimplified},
+    import::{
+        ImportError, ImportOptions, Sharing, import as import_unsimplified,
+        import_with as import_unsimplified_with,
+    },
+    instances::{RepeatedMesh, WhyCopied},
     model,
     model::{Background, Camera, Scene},
     simplify::simplify,
@@ -79,7 +83,15 @@ pub struct Rendering {
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path) -> Result<Scene, ImportError> {
-    let mut scene = import_unsimplified(path)?;
+    import_with(path, &ImportOptions::default())
+}
+
+/// [`import`] with limits of the caller's choice, and with a say in whether nodes share the memory of their mesh.
+///
+/// # Errors
+/// [`ImportError`].
+pub fn import_with(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
+    let mut scene = import_unsimplified_with(path, options)?;
     simplify(&mut scene);
     Ok(scene)
 }
@@ -178,6 +190,6 @@ pub fn default_camera(scene: &Scene) -> Camera {
 /// A view of the whole scene, three-quarter from above, for pictures of this aspect (width over height).
 #[must_use]
 pub fn framing_camera(scene: &Scene, aspect: f64) -> Camera {
-    let (min, max) = scene.geometry.bounds().unwrap_or_default();
+    let (min, max) = scene.bounds().unwrap_or_default();
     frame_scene(min, max, aspect)
 }

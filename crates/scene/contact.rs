@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use crate::{
     features::may_bound_solid,
+    instances::PlacedTriangle,
     model::{AlphaMode, Material, Scene},
     parallel,
 };
@@ -31,12 +32,20 @@ pub(crate) fn exists(scene: &Scene) -> bool {
     if !kinds.contains(&Kind::Solid) {
         return false;
     }
-    let (mut solids, others): (Vec<Face>, Vec<Face>) = (0..scene.geometry.triangles.len())
-        .filter_map(|triangle| Face::of(scene, triangle, &kinds))
+    let (mut solids, others): (Vec<Face>, Vec<Face>) = (0..scene.own_triangles())
+        .filter_map(|triangle| Face::of(&scene.own_triangle(triangle), &kinds))
         .partition(|face| face.kind == Kind::Solid);
     let tree = Tree::build(&mut solids);
     let touches = |face: &Face| tree.any(&solids, face);
-    parallel::any(&others, touches) || parallel::any(&solids, touches)
+    let shared = || {
+        let mut near = scene.instances.iter().filter(|i| tree.is_near(i.bounds));
+        near.any(|instance| {
+            let triangles = scene.triangles_placed_by(instance);
+            let faces: Vec<Face> = triangles.filter_map(|t| Face::of(&t, &kinds)).collect();
+            parallel::any(&faces, touches)
+        })
+    };
+    parallel::any(&others, touches) || parallel::any(&solids, touches) || shared()
 }
 
 /// What a material's faces are to a ray in a solid.
@@ -75,12 +84,9 @@ struct Face {
 }
 
 impl Face {
-    fn of(scene: &Scene, triangle: usize, kinds: &[Kind]) -> Option<Self> {
-        let triangle = scene.geometry.triangles[triangle];
+    fn of(triangle: &PlacedTriangle, kinds: &[Kind]) -> Option<Self> {
         let kind = kinds[triangle.material as usize];
-        let corners = triangle
-            .vertices
-            .map(|vertex| scene.geometry.positions[vertex as usize].as_dvec3());
+        let corners = triangle.corners;
         let [a, b, c] = corners;
         let across = (b - a).cross(c - a);
         let normal = across.try_normalize()?;
@@ -193,6 +199,13 @@ impl Tree {
         let (left, right) = faces.split_at_mut(middle);
         self.fill(2 * node + 1, left);
         self.fill(2 * node + 2, right);
+    }
+
+    /// May anything in this box touch a face? Faces reach beyond their corners by no more than rounding.
+    fn is_near(&self, (min, max): (DVec3, DVec3)) -> bool {
+        let slack = HEIGHT_SHARE * min.abs().max(max.abs());
+        let (low, high) = self.boxes[0];
+        !((min - slack).cmpgt(high).any() || (max + slack).cmplt(low).any())
     }
 
     /// Does any of the faces that the tree was built of touch `face`?

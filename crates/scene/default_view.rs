@@ -208,10 +208,16 @@ pub fn default_size(camera: &Camera) -> (u32, u32) {
 }
 
 impl Geometry {
-    /// The box around all triangles, scene space: its least and its greatest corner. `None` without triangles.
+    /// The box around all triangles, each taken as it lies here: its least and its greatest corner. `None` without triangles.
+    /// Of a scene it is [`Scene::bounds`](crate::model::Scene::bounds) that is asked for.
     #[must_use]
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        self.triangles
+        self.bounds_of(0..self.triangles.len())
+    }
+
+    /// The box around some triangles.
+    pub(crate) fn bounds_of(&self, triangles: std::ops::Range<usize>) -> Option<(DVec3, DVec3)> {
+        self.triangles[triangles]
             .iter()
             .flat_map(|triangle| triangle.vertices)
             .map(|vertex| self.positions[vertex as usize].as_dvec3())

@@ -13,7 +13,7 @@ use crate::shown::{
 pub const ROUGHEST_MIRROR: f32 = 0.4;
 
 /// In a scene of no more triangles no ray can do much: it tests each of them, and each node of a tree over them, twice at most.
-const FEW_TRIANGLES: usize = 512;
+const FEW_TRIANGLES: u64 = 512;
 
 /// What the scene contains. A pure function of the scene: nothing here depends on settings or on the device.
 ///
@@ -50,6 +50,8 @@ pub struct SceneFeatures {
     pub contact: bool,
     /// `extras.whitted` makes some material transmit, under the `whitted` model only.
     pub whitted_transmission: bool,
+    /// Nodes share meshes.
+    pub instances: bool,
     /// There is enough for a single ray to keep a device busy for long.
     pub many_triangles: bool,
     /// Punctual lights that have to be looked at; 0 if none shines.
@@ -96,7 +98,8 @@ impl SceneFeatures {
             ),
             contact: contact::exists(scene),
             whitted_transmission: any(&whitted_transmits),
-            many_triangles: scene.geometry.triangles.len() > FEW_TRIANGLES,
+            instances: !scene.instances.is_empty(),
+            many_triangles: scene.placed_triangles() > FEW_TRIANGLES,
             lights: lights_to_look_at(scene),
             spots: scene
                 .lights

@@ -454,7 +454,7 @@ fn culling_counts_of_what_is_opaque_and_single_sided() {
 
 #[test]
 fn many_triangles_are_more_than_a_few() {
-    let scene = |count: usize| triangles(vec![Material::default(); count]);
+    let scene = |count: u64| triangles(vec![Material::default(); count as usize]);
     assert!(!SceneFeatures::of(&scene(FEW_TRIANGLES)).many_triangles);
     assert!(SceneFeatures::of(&scene(FEW_TRIANGLES + 1)).many_triangles);
 }

@@ -5,6 +5,7 @@ pub mod default_view;
 pub mod environment;
 pub mod features;
 pub mod import;
+pub mod instances;
 pub mod model;
 mod parallel;
 pub mod place;

@@ -10,11 +10,14 @@
 //!   **Everything in [`Scene`] is in scene space**: positions, cameras, light positions, ranges, intensities (inverse
 //!   square), attenuation distances.
 //!
+//! Meshes that nodes share ([`Scene::meshes`]) have spaces of their own, from which each instance leads into scene space.
+//!
 //! Colours are linear, Rec. 709 primaries.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::environment::Environment;
+use crate::instances::{Instance, RepeatedMesh, SharedMesh};
 use crate::place::Place;
 
 /// A scene ready to render: world-space geometry, resolved materials, lights, cameras and surroundings.
@@ -22,8 +25,14 @@ use crate::place::Place;
 pub struct Scene {
     /// How scene space relates to world space.
     pub frame: Frame,
-    /// All triangles of all meshes, each in its place.
+    /// All triangles of all meshes, each in its place; behind them those of the meshes that nodes share, in spaces of their own.
     pub geometry: Geometry,
+    /// The meshes that nodes share.
+    pub meshes: Vec<SharedMesh>,
+    /// Where they are shown.
+    pub instances: Vec<Instance>,
+    /// Meshes that more than one node shows: whether these share them, and why not.
+    pub repeated: Vec<RepeatedMesh>,
     /// The materials; never empty where there is a triangle (glTF's default material is added where a primitive names none).
     pub materials: Vec<Material>,
     /// What materials sample: an image with a sampler and an encoding.
@@ -117,7 +126,7 @@ fn power_of_two_below(x: f64) -> f64 {
 /// of the scene reads them.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// Scene space.
+    /// Scene space, but for vertices of shared meshes ([`SharedMesh`]).
     pub positions: Vec<Vec3>,
     /// Shading normals, unit length. Where the file gives none, the triangle's own (its vertices are then not shared).
     pub normals: Vec<Vec3>,

@@ -122,7 +122,7 @@ impl Document {
 /// The camera that the program takes: the file's first, else a view of the whole scene.
 pub(crate) fn default_camera(scene: &Scene) -> Camera {
     scene.cameras.first().cloned().unwrap_or_else(|| {
-        let (min, max) = scene.geometry.bounds().unwrap_or_default();
+        let (min, max) = scene.bounds().unwrap_or_default();
         frame_scene(min, max, 4.0 / 3.0)
     })
 }

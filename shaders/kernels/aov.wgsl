@@ -28,6 +28,11 @@ fn aov(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index)
             layers.albedo = surface.base;
             layers.material = surface.material;
             layers.node = leaf_node(hit.leaf);
+            if (HAS_INSTANCES) {
+                if (met != 0u) {
+                    layers.node = instance_node(met);
+                }
+            }
             break;
         }
         t_min = hit.t;

@@ -10,7 +10,7 @@ fn probe(@builtin(global_invocation_id) invocation: vec3u) {
     let hit = trace(ray.origin, ray.direction, 0.0, NO_HIT, ray.t_max, ray.shadow != 0u);
     var uv = vec2f(0.0);
     if (hit.triangle != NO_HIT) {
-        let corners = leaf_positions(hit.leaf);
+        let corners = met_positions(hit.leaf);
         uv = barycentrics(ray.origin, ray.direction, corners.v0, corners.v1, corners.v2);
     }
     probe_hits[index] = ProbeHit(hit.t, uv.x, uv.y, hit.triangle);

@@ -44,6 +44,8 @@ fn inspect_shows_what_is_in_a_scene() {
     let all = [
         "file",
         "triangles",
+        "placed_triangles",
+        "repeated_meshes",
         "vertices",
         "uv_sets",
         "vertex_colors",

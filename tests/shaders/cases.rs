@@ -1,6 +1,6 @@
 //! For each feature, what to render without it and what to render with it, alike but for that as far as can be.
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
 use raytree::{
     Camera, Feature, Numerics, ProgramFeatures, RenderSettings, Scene, SceneFeatures, Shading,
     Tolerance,
@@ -9,7 +9,10 @@ use raytree::{
         WhittedCoefficients, Wrap,
     },
 };
-use raytree_scene::environment::EquirectMap;
+use raytree_scene::{
+    environment::EquirectMap,
+    instances::{Instance, Placement, SharedMesh},
+};
 use raytree_stress::scenes::{Build, clear_glass, matte, parallel, pinhole, unfiltered};
 
 /// A scene and how to render it.
@@ -154,6 +157,28 @@ fn stacked(distance: f32) -> Build {
     build
 }
 
+/// The first of the squares' triangles where it is, the second as a mesh that is seen in two places.
+fn placed(mut build: Build) -> Build {
+    let vertices = build.0.geometry.positions.len() as u32;
+    build.0.meshes = vec![SharedMesh {
+        name: "half".to_owned(),
+        triangles: 1..2,
+        vertices: 0..vertices,
+    }];
+    build.0.instances = [0.0, 1.0]
+        .map(|height| Instance {
+            mesh: 0,
+            node: 0,
+            placement: Placement {
+                linear: DMat3::IDENTITY,
+                translation: height * DVec3::Z,
+            },
+            bounds: (DVec3::splat(-2.0), DVec3::splat(2.0)),
+        })
+        .to_vec();
+    build
+}
+
 /// Without the feature, and with it.
 pub fn pair(feature: Feature) -> [Case; 2] {
     let of = |build| case(build, |_| ());
@@ -206,6 +231,11 @@ pub fn pair(feature: Feature) -> [Case; 2] {
         // Without mirrors `pbr` spawns no rays: alike but for the model is what reflects.
         Feature::Whitted => [Shading::Pbr, Shading::Whitted]
             .map(|shading| case(squares(&[mirror()]), |settings| settings.shading = shading)),
+        Feature::Instances => {
+            let placed = || placed(squares(&[plain()]));
+            let copied = Build(placed().0.copied().into_owned());
+            [copied, placed()].map(of)
+        }
         Feature::LongRays => [1, 300].map(|count| of(squares(&vec![plain(); count]))),
         Feature::Tolerance => set([
             |_| (),

@@ -160,6 +160,19 @@ pub const MARKS: &[Marks] = &[
         instead: &["pbr_shading", "environment_brdf", "mirror_share"],
     },
     marks(
+        Feature::Instances,
+        &[
+            "instances",
+            "load_placement",
+            "placed",
+            "ray_within",
+            "placement",
+            "met",
+            "within",
+            "box_pad",
+        ],
+    ),
+    marks(
         Feature::LongRays,
         &[
             "below_plane",

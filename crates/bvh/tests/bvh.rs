@@ -1,7 +1,12 @@
 //! Trees over many shapes of input: each triangle in a leaf, boxes enclose, and the check notices when not.
 
+use std::ops::Range;
+
 use glam::{Vec3, vec3};
-use raytree_bvh::{Bvh, CpuTraversal, Defect, Preset, build, check};
+use raytree_bvh::{
+    Bvh, CpuTraversal, Defect, INSTANCE, Placed, Preset, build, build_instanced, check,
+    check_instanced,
+};
 
 const PRESETS: [Preset; 3] = [Preset::Fast, Preset::Balanced, Preset::Best];
 
@@ -189,4 +194,90 @@ fn the_cpu_hits_what_is_hit() {
         }
         assert!((50..500).contains(&hits), "{hits} of 500 rays hit");
     }
+}
+
+/// Least and greatest corner.
+type Box = (Vec3, Vec3);
+
+/// Triangles of the scene's own, then those of two meshes, and boxes of where these are.
+fn two_levels() -> (Vec<[Vec3; 3]>, [Range<u32>; 2], Vec<Box>) {
+    let mut triangles = soup(700, 0.1);
+    triangles.extend(soup(3000, 0.05));
+    triangles.extend(soup(5, 0.4));
+    let mut numbers = Numbers(11);
+    let boxes = (0..200).map(|_| {
+        let corner = numbers.point(4.0);
+        (corner, corner + (numbers.point(0.5) + 0.5))
+    });
+    (triangles, [700..3700, 3700..3705], boxes.collect())
+}
+
+/// Each triangle in a leaf of its own hierarchy, each instance in one of the scene's; all boxes enclose.
+#[test]
+fn two_levels_are_good() {
+    let (triangles, meshes, instances) = two_levels();
+    for (own, instances) in [(700, instances.as_slice()), (0, &instances[..1])] {
+        let placed = Placed {
+            own,
+            meshes: &meshes,
+            instances,
+        };
+        let corners = |index: usize| triangles[index];
+        for preset in PRESETS {
+            let bvh = build_instanced(placed, corners, preset).unwrap();
+            let split = preset == Preset::Best;
+            assert_eq!(check_instanced(&bvh, placed, corners, split), Ok(()));
+            assert!(bvh.is_finite());
+            assert_eq!(
+                (bvh.meshes.len(), bvh.own_leaves()),
+                (2, own + instances.len())
+            );
+            let mesh = build(&triangles[700..3700], preset).unwrap();
+            assert!(bvh.depth > mesh.depth + 2);
+        }
+    }
+}
+
+#[test]
+fn defects_of_two_levels_are_found() {
+    let (triangles, meshes, instances) = two_levels();
+    let placed = Placed {
+        own: 700,
+        meshes: &meshes,
+        instances: &instances,
+    };
+    let good = build_instanced(placed, |index| triangles[index], Preset::Balanced).unwrap();
+    let faults = |bvh: &Bvh, triangles: &[[Vec3; 3]], instances: &[Box]| {
+        let placed = Placed {
+            instances,
+            ..placed
+        };
+        check_instanced(bvh, placed, |index| triangles[index], false).is_err()
+    };
+    assert!(!faults(&good, &triangles, &instances));
+    // A box that grows, and a triangle of a mesh that moves, are not enclosed.
+    let mut grown = instances.clone();
+    grown[50].1 += 0.3;
+    assert!(faults(&good, &triangles, &grown));
+    let mut moved = triangles.clone();
+    moved[2000][1] += 0.5;
+    assert!(faults(&good, &moved, &instances));
+    // Another instance's entry, or another mesh's triangle.
+    let mut twice = good.clone();
+    let place = twice
+        .leaf_triangles
+        .iter()
+        .position(|entry| entry & INSTANCE != 0)
+        .unwrap();
+    let other = twice
+        .leaf_triangles
+        .iter()
+        .rposition(|entry| entry & INSTANCE != 0)
+        .unwrap();
+    twice.leaf_triangles[place] = twice.leaf_triangles[other];
+    assert!(faults(&twice, &triangles, &instances));
+    // An instance in a mesh would be walked without end.
+    let mut endless = good.clone();
+    *endless.leaf_triangles.last_mut().unwrap() = INSTANCE;
+    assert!(good.is_finite() && !endless.is_finite());
 }

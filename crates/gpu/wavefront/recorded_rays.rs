@@ -94,7 +94,7 @@ impl Prepared<'_> {
             device: self.device,
             wavefront: &self.wavefront,
             staging: self.device.device.create_buffer(&staging),
-            bounds: self.scene.geometry.bounds().unwrap_or_default(),
+            bounds: self.scene.bounds().unwrap_or_default(),
             ray_of_slot: Vec::new(),
             camera_rays: Vec::new(),
             recorded: RecordedRays::default(),
@@ -126,7 +126,7 @@ impl Prepared<'_> {
         };
         let calls: Vec<PieceCall> = (0..batch.tile_count * TILE_PIXELS).map(call).collect();
         let found = evaluate(self.device, Piece::Camera, self.scene, settings, &calls)?;
-        let bounds = self.scene.geometry.bounds().unwrap_or_default();
+        let bounds = self.scene.bounds().unwrap_or_default();
         let t_min = plan.frame.start_t;
         let begun = |result: PieceResult| {
             let vector = |k: usize| [result[k], result[k + 1], result[k + 2]].map(f32::from_bits);

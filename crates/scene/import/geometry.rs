@@ -1,14 +1,18 @@
 //! From the meshes' own spaces into scene space: every instance of every primitive becomes triangles in their place.
 
+use std::collections::HashMap;
+
 use glam::{DMat3, DVec3, Vec3, Vec4};
 
 use super::node::Transform;
 use super::primitive::{Dropped, Primitive};
+use crate::instances::{Blocks, EMPTY, normal_matrix, placed_tangent};
 use crate::model::{Frame, Geometry, Triangle};
 use crate::parallel::mapped;
 use crate::place::Place;
 
 /// A primitive where a node puts it.
+#[derive(Clone, Copy)]
 pub(super) struct Instance<'a> {
     pub(super) primitive: &'a Primitive,
     pub(super) world: Transform,
@@ -20,10 +24,14 @@ pub(super) struct Instance<'a> {
 
 /// The box around all triangles, (min, max), world space but from `origin` on; empty boxes have min above max.
 pub(super) fn bounds_from(origin: Place, instances: &[Instance<'_>]) -> (DVec3, DVec3) {
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let empty = EMPTY;
+    let blocks = blocks_of_repeated(instances);
     let around = |instance: &Instance<'_>| {
         let world = &instance.world;
         let offset = world.translation.since(origin);
+        if let Some(blocks) = blocks.get(&std::ptr::from_ref(instance.primitive)) {
+            return blocks.bounds(&world.linear, offset);
+        }
         let points = instance
             .primitive
             .positions
@@ -38,6 +46,20 @@ pub(super) fn bounds_from(origin: Place, instances: &[Instance<'_>]) -> (DVec3, 
     })
 }
 
+/// For primitives that are shown so often that a look at all of their points each time would take long.
+fn blocks_of_repeated<'a>(instances: &[Instance<'a>]) -> HashMap<*const Primitive, Blocks<'a>> {
+    const OFTEN: usize = 4;
+    let mut uses = HashMap::new();
+    for instance in instances {
+        let place = std::ptr::from_ref(instance.primitive);
+        uses.entry(place).or_insert((instance.primitive, 0)).1 += 1;
+    }
+    uses.into_iter()
+        .filter(|(_, (_, count))| *count >= OFTEN)
+        .map(|(place, (primitive, _))| (place, Blocks::of(&primitive.positions)))
+        .collect()
+}
+
 /// Which optional attributes the scene has.
 pub(super) struct Layout {
     pub(super) uv_sets: usize,
@@ -45,9 +67,10 @@ pub(super) struct Layout {
     pub(super) colors: bool,
 }
 
-/// Puts all instances into one geometry. Also returns how many triangles were left out.
+/// Puts all instances into one geometry, but those that `shared` names. Also returns how many triangles were left out.
 pub(super) fn assemble(
     instances: &[Instance<'_>],
+    shared: &[bool],
     frame: &Frame,
     layout: &Layout,
 ) -> (Geometry, Dropped) {
@@ -56,13 +79,13 @@ pub(super) fn assemble(
         ..Geometry::default()
     };
     let mut dropped = Dropped::default();
-    for instance in instances {
+    for (instance, _) in instances.iter().zip(shared).filter(|(_, shared)| !**shared) {
         dropped += append(&mut geometry, instance, frame, layout);
     }
     (geometry, dropped)
 }
 
-fn append(
+pub(super) fn append(
     geometry: &mut Geometry,
     instance: &Instance<'_>,
     frame: &Frame,
@@ -188,33 +211,9 @@ fn append_normals(geometry: &mut Geometry, instance: &Instance<'_>, first_triang
         .for_each(|normal| *normal = Vec3::Z);
 }
 
-/// The inverse transpose, up to a positive factor: the matrix of cofactors, which exists for singular matrices too.
-fn normal_matrix(linear: &DMat3) -> DMat3 {
-    let largest = linear
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    if largest == 0.0 {
-        return DMat3::ZERO;
-    }
-    // Products of tiny or huge entries would leave the range of f64.
-    let DMat3 {
-        x_axis: x,
-        y_axis: y,
-        z_axis: z,
-    } = *linear * largest.recip();
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    if linear.determinant() < 0.0 {
-        -cofactors
-    } else {
-        cofactors
-    }
-}
-
 /// Mirroring turns the bitangent's side around.
 fn append_tangents(geometry: &mut Geometry, instance: &Instance<'_>, mirrored: bool) {
     let first_vertex = geometry.tangents.len();
-    let sign = if mirrored { -1.0 } else { 1.0 };
     let count = instance.primitive.positions.len();
     if instance.primitive.tangents.is_empty() {
         // Nothing reads these.
@@ -229,14 +228,7 @@ fn append_tangents(geometry: &mut Geometry, instance: &Instance<'_>, mirrored: b
         .iter()
         .zip(&geometry.normals[first_vertex..])
     {
-        let direction = (instance.world.linear * tangent.truncate().as_dvec3())
-            .normalize_or_zero()
-            .as_vec3();
-        let direction = if direction == Vec3::ZERO {
-            normal.any_orthonormal_vector()
-        } else {
-            direction
-        };
-        geometry.tangents.push(direction.extend(sign * tangent.w));
+        let moved = placed_tangent(&instance.world.linear, mirrored, *tangent, *normal);
+        geometry.tangents.push(moved);
     }
 }

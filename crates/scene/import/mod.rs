@@ -17,6 +17,7 @@ mod light;
 mod material;
 mod node;
 mod primitive;
+mod sharing;
 mod tangents;
 mod texture;
 mod uri;
@@ -33,6 +34,7 @@ use self::error::{Fault, Outcome, Warnings};
 use self::geometry::{Instance, Layout};
 use self::node::PlacedNode;
 use self::primitive::{Dropped, Needs, Primitive, Size};
+pub use self::sharing::Sharing;
 use self::texture::TextureTable;
 use crate::model::{Frame, Geometry, Material, Scene};
 
@@ -40,12 +42,14 @@ use crate::model::{Frame, Geometry, Material, Scene};
 /// a thousandfold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImportOptions {
-    /// Triangles of all instances together.
+    /// Triangles of all instances together; those of a mesh that nodes share once.
     pub max_triangles: u64,
     /// Texels of all images together; each takes four bytes.
     pub max_texels: u64,
     /// Bytes of all buffers together.
     pub max_bytes: u64,
+    /// Whether nodes may share the memory of their mesh.
+    pub sharing: Sharing,
 }
 
 impl Default for ImportOptions {
@@ -55,6 +59,7 @@ impl Default for ImportOptions {
             max_triangles: 1 << 24,
             max_texels: 1 << 28,
             max_bytes: 1 << 32,
+            sharing: Sharing::default(),
         }
     }
 }
@@ -113,6 +118,15 @@ fn import_bytes(file: &[u8], folder: &Path, options: &ImportOptions) -> Outcome<
     )?;
     let (node_names, instances) = place_instances(&document, &uses, &numbers, &primitives);
     let frame = frame::of_scene(&document, &nodes, &instances)?;
+    let plan = sharing::Plan::new(
+        &document,
+        &uses,
+        &instances,
+        &materials,
+        &frame,
+        options.sharing,
+    );
+    plan.check(&document, &uses, &instances, options)?;
     let layout = Layout {
         uv_sets: uv_sets.len(),
         tangents: materials
@@ -122,7 +136,15 @@ fn import_bytes(file: &[u8], folder: &Path, options: &ImportOptions) -> Outcome<
             .values()
             .any(|primitive| !primitive.colors.is_empty()),
     };
-    let (geometry, dropped) = geometry::assemble(&instances, &frame, &layout);
+    let (mut geometry, mut dropped) = geometry::assemble(&instances, &plan.shared, &frame, &layout);
+    let (meshes, placed, left_out) = plan.assemble(
+        &document,
+        (&uses, &instances),
+        &frame,
+        &layout,
+        &mut geometry,
+    );
+    dropped += left_out;
     warn_of_losses(&document, &nodes, &geometry, dropped, &mut warnings);
     scale_lengths(&mut materials, &frame);
     let cameras = camera::load(&document, &nodes, &frame, &mut warnings)?;
@@ -130,6 +152,9 @@ fn import_bytes(file: &[u8], folder: &Path, options: &ImportOptions) -> Outcome<
     Ok(Scene {
         frame,
         geometry,
+        meshes,
+        instances: placed,
+        repeated: plan.repeated,
         materials,
         textures: textures.textures,
         images,
@@ -175,14 +200,17 @@ fn primitive_uses<'a>(
 ) -> Outcome<Vec<Use<'a>>> {
     let mut uses = Vec::new();
     let mut meshes = BTreeMap::new();
+    // Of each primitive once, or as often as it is shown where nothing may be shared.
     let (mut triangles, mut vertices) = (0_u64, 0_u64);
     for node in nodes {
         let Some(mesh) = index(&document.elements("nodes")[node.index], "mesh") else {
             continue;
         };
+        let mut is_new = false;
         let primitives = match meshes.entry(mesh) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
+                is_new = true;
                 let primitives = drawn_primitives(document, mesh, warnings)?;
                 vertices = primitives
                     .iter()
@@ -191,16 +219,19 @@ fn primitive_uses<'a>(
             }
         };
         for &(primitive, ref size) in primitives.iter() {
-            triangles = triangles.saturating_add(size.triangles);
+            if is_new || options.sharing == Sharing::Never {
+                triangles = triangles.saturating_add(size.triangles);
+            }
             // Primitives may share vertices that most of them do not use; looking through them all takes time.
             if triangles > options.max_triangles
                 || vertices > options.max_triangles.saturating_mul(16)
+                || uses.len() as u64 >= options.max_triangles
             {
-                let limit = options.max_triangles;
-                let problem = format!(
-                    "the scene has more than {limit} triangles; simplify it, or split it into several files"
-                );
-                return Err(Fault::limit(document.place("nodes", node.index), problem));
+                return Err(too_many_triangles(
+                    document,
+                    node.index,
+                    options.max_triangles,
+                ));
             }
             let material = document.meshes[mesh].primitives[primitive].material;
             let material = material.map_or(MaterialKey::Default, |index| {
@@ -215,6 +246,13 @@ fn primitive_uses<'a>(
         }
     }
     Ok(uses)
+}
+
+fn too_many_triangles(document: &Document, node: usize, limit: u64) -> Fault {
+    let problem = format!(
+        "the scene has more than {limit} triangles; simplify it, or split it into several files"
+    );
+    Fault::limit(document.place("nodes", node), problem)
 }
 
 /// The primitives of a mesh that have triangles, by number, and their sizes. Warns of the others.

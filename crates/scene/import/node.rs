@@ -23,7 +23,7 @@ pub(super) struct Transform {
 }
 
 impl Transform {
-    const IDENTITY: Self = Self {
+    pub(super) const IDENTITY: Self = Self {
         linear: DMat3::IDENTITY,
         translation: Place::ORIGIN,
     };

@@ -595,6 +595,7 @@ fn limits_are_the_callers() {
         max_triangles: 10,
         max_texels: 2,
         max_bytes: file.binary.len() as u64,
+        ..ImportOptions::default()
     };
     assert_eq!(import(exact).unwrap().geometry.triangles.len(), 10);
     let too_small = [

@@ -5,6 +5,7 @@ mod broken;
 mod builder;
 mod corpus;
 mod geometry;
+mod instances;
 mod materials;
 mod nodes;
 mod views;
