@@ -63,7 +63,7 @@ fn write(nodes: u32, triangles: u32, file: &Path) -> anyhow::Result<()> {
     }
     let far = f64::from(columns);
     let eye = DVec3::new(0.3 * far, 0.5 * far, 1.2 * far + 2.0);
-    gltf.perspective("camera", eye, DVec3::new(0.0, 0.0, 0.2 * far), 0.9);
+    gltf.perspective("camera", eye, DVec3::new(0.0, 0.0, 0.2 * far), 50.0);
     for written in gltf.files(Container::Glb) {
         fs::write(file, &written.bytes)?;
         let total = u64::from(nodes) * u64::from(2 * side * side);

@@ -32,7 +32,7 @@ pub enum Sharing {
     Always,
 }
 
-/// How many triangles copies of a mesh have to take beyond the first for sharing to pay: they are a second and 180 MiB, more than rays
+/// How many triangles copies of a mesh have to take beyond the first for sharing to pay: they are a second and 170 MiB, more than rays
 /// lose in a picture of 16 samples.
 const LEAST_SAVED: usize = 1 << 20;
 
