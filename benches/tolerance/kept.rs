@@ -39,12 +39,18 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// Without what the reference is off by: two errors that know nothing of each other.
+    fn own_error(&self) -> f64 {
+        let square = self.error.powi(2) - self.uncertainty.powi(2);
+        square.max(0.0).sqrt()
+    }
+
     fn is_kept(&self) -> bool {
-        self.error <= f64::from(self.tolerance)
+        self.own_error() <= f64::from(self.tolerance)
     }
 
     fn effectivity(&self) -> f64 {
-        self.estimated / self.error
+        self.estimated / self.own_error()
     }
 }
 
