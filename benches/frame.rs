@@ -74,7 +74,7 @@ fn check(subject: &Subject, prober: &Prober<'_>, recorded: &RecordedRays) {
         .trace(&recorded.rays)
         .unwrap_or_else(|error| panic!("{error}"));
     let other = recorded.other_hits(&hits);
-    let (name, all) = (subject.name, recorded.rays.len());
+    let (name, all) = (&subject.name, recorded.rays.len());
     assert!(
         other as f64 <= OTHER_HITS * all as f64,
         "{name}: {other} of {all} rays hit something else in a bare traversal"
@@ -141,7 +141,7 @@ fn long_frames(device: &Device, subject: &Subject, rounds: usize) -> Vec<Turn> {
 
 /// What one subject is measured by.
 fn measure(device: &Device, subject: &Subject, rounds: usize, findings: &mut Findings) {
-    let name = subject.name;
+    let name = &subject.name;
     let [rays, cores] = ["rays", "cores"].map(|what| format!("frame/{what}/{name}"));
     let sides = support::wanted(&rays).then(|| compare(device, subject, rounds));
     if let Some(sides) = &sides {

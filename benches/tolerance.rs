@@ -14,11 +14,10 @@ mod subjects;
 mod support;
 
 use raytree::{Device, Picture, Tolerance};
-use subjects::Subject;
 use support::{
     Effort,
     findings::{Bar, Findings},
-    frames::{self, rendered},
+    frames::{Subject, rendered},
     turns::Sides,
 };
 
@@ -46,9 +45,9 @@ fn main() {
         if !is_kept && !is_cost {
             continue;
         }
-        let subject = Subject::read(name.clone(), &path, is_ours);
+        let subject = subjects::read(name, &path);
         if is_kept {
-            kept.extend(kept::pictures(&device, &subject, tolerances));
+            kept.extend(kept::pictures(&device, &subject, is_ours, tolerances));
         }
         if is_cost {
             costs.extend(cost::outcomes(&device, &subject, tolerances, effort));
@@ -71,7 +70,7 @@ fn main() {
 /// # Panics
 /// If it takes more, or the pictures differ by more than a tenth of that.
 fn diffuse(device: &Device, effort: Effort) -> Sides {
-    let subject = frames::Subject::of_file("cornell.glb", 512);
+    let subject = Subject::of_file("cornell.glb", 512);
     let to_tolerance = Tolerance::absolute(TOLERANCES[0]);
     let settings = subject.settings.clone().to_tolerance(to_tolerance);
     let ours = subject.prepared(device, &settings);

@@ -9,7 +9,7 @@ use super::{Expected, turns::Turn};
 
 /// A scene from a camera, with its hierarchy.
 pub struct Subject {
-    pub name: &'static str,
+    pub name: String,
     pub scene: Scene,
     pub bvh: Bvh,
     /// A square picture of one sample a pixel.
@@ -17,11 +17,11 @@ pub struct Subject {
 }
 
 impl Subject {
-    pub fn new(name: &'static str, (scene, camera): (Scene, Camera), side: u32) -> Self {
+    pub fn new(name: impl Into<String>, (scene, camera): (Scene, Camera), side: u32) -> Self {
         let bvh =
             raytree::build_bvh(&scene, Preset::default()).unwrap_or_else(|error| panic!("{error}"));
         Self {
-            name,
+            name: name.into(),
             settings: RenderSettings::new(side, side, camera),
             scene,
             bvh,

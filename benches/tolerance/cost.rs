@@ -8,12 +8,11 @@ use std::{fs, time::Instant};
 use raytree::{Device, Feature, Film, Picture, RenderSettings, Tolerance, WriteOptions};
 
 use crate::{
-    reference::rmse,
-    subjects::Subject,
+    reference::{combined, rmse},
     support::{
         self, Effort,
         findings::{Bar, Findings},
-        frames::rendered,
+        frames::{Subject, rendered},
         summary::Spread,
         turns::Turn,
     },
@@ -97,11 +96,14 @@ pub fn outcomes(
 
 impl<'s> Judged<'s> {
     fn new(device: &'s Device, subject: &'s Subject, effort: Effort) -> Self {
-        let camera = raytree::default_camera(&subject.scene);
         let mut judged = Self {
             device,
             subject,
-            base: RenderSettings::new(SIZE.0, SIZE.1, camera),
+            base: RenderSettings {
+                width: SIZE.0,
+                height: SIZE.1,
+                ..subject.settings.clone()
+            },
             reference: Picture::from(&Film::new(SIZE.0, SIZE.1)),
             uncertainty: f64::INFINITY,
         };
@@ -144,12 +146,7 @@ impl<'s> Judged<'s> {
             })
         });
         let uncertainty = 0.5 * rmse(&a, &b);
-        let middle = |a: f32, b: f32| 0.5 * (a + b);
-        let pairs = a.rgb.iter().zip(&b.rgb);
-        let rgb = pairs
-            .map(|(a, b)| [0, 1, 2].map(|c| middle(a[c], b[c])))
-            .collect();
-        (Picture { rgb, ..a }, uncertainty)
+        (combined(&a, &b, |a, b| 0.5 * (a + b)), uncertainty)
     }
 
     fn render(&self, settings: &RenderSettings) -> (Turn, Film) {

@@ -3,14 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use raytree::{Device, Picture, RenderSettings, Scene, Tolerance};
+use raytree::{Device, Picture, RenderSettings, Tolerance};
 
 use crate::{
     reference::{Reference, rmse},
-    subjects::Subject,
     support::{
         self,
         findings::{Bar, Findings},
+        frames::Subject,
         summary::Spread,
     },
 };
@@ -79,8 +79,13 @@ impl std::fmt::Display for Kept {
     }
 }
 
-fn reference(device: &Device, subject: &Subject, base: &RenderSettings) -> Reference {
-    let folder: PathBuf = if subject.is_ours {
+fn reference(
+    device: &Device,
+    subject: &Subject,
+    is_ours: bool,
+    base: &RenderSettings,
+) -> Reference {
+    let folder: PathBuf = if is_ours {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tolerance")
     } else {
         support::target().join("tolerance")
@@ -92,14 +97,19 @@ fn reference(device: &Device, subject: &Subject, base: &RenderSettings) -> Refer
     })
 }
 
-fn base(scene: &Scene) -> RenderSettings {
-    RenderSettings::new(SIZE.0, SIZE.1, raytree::default_camera(scene))
-}
-
 /// A scene's pictures.
-pub fn pictures(device: &Device, subject: &Subject, tolerances: &[f32]) -> Vec<Kept> {
-    let base = base(&subject.scene);
-    let reference = reference(device, subject, &base);
+pub fn pictures(
+    device: &Device,
+    subject: &Subject,
+    is_ours: bool,
+    tolerances: &[f32],
+) -> Vec<Kept> {
+    let base = RenderSettings {
+        width: SIZE.0,
+        height: SIZE.1,
+        ..subject.settings.clone()
+    };
+    let reference = reference(device, subject, is_ours, &base);
     let picture = |&tolerance: &f32| {
         let settings = RenderSettings {
             counters: true,

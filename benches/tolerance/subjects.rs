@@ -5,11 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use raytree::{
-    Bvh, Device, Prepared, Preset, ProgramFeatures, RenderSettings, Scene, SceneFeatures,
-};
-
-use crate::support::{self, Effort, frames::prepared};
+use crate::support::{self, Effort, frames::Subject};
 
 const OWN: [&str; 10] = [
     "book.glb",
@@ -41,41 +37,12 @@ const OTHERS: [&str; 10] = [
     "TransmissionTest",
 ];
 
-/// A scene with its hierarchy.
-pub struct Subject {
-    pub name: String,
-    pub is_ours: bool,
-    pub scene: Scene,
-    bvh: Bvh,
-}
-
-impl Subject {
-    pub fn read(name: String, path: &Path, is_ours: bool) -> Self {
-        let mut scene = raytree::import(path).unwrap_or_else(|error| panic!("{error}"));
-        raytree::light_if_dark(&mut scene);
-        let bvh =
-            raytree::build_bvh(&scene, Preset::default()).unwrap_or_else(|error| panic!("{error}"));
-        Self {
-            name,
-            is_ours,
-            scene,
-            bvh,
-        }
-    }
-
-    pub fn features(&self, settings: &RenderSettings) -> ProgramFeatures {
-        ProgramFeatures::of(&SceneFeatures::of(&self.scene), settings)
-    }
-
-    /// Uploaded and compiled.
-    pub fn prepared<'p>(
-        &'p self,
-        device: &'p Device,
-        settings: &'p RenderSettings,
-    ) -> Prepared<'p> {
-        let features = self.features(settings);
-        prepared(device, (&self.scene, &self.bvh), settings, features)
-    }
+/// A scene as its first camera shows it, for pictures of any size.
+pub fn read(name: String, path: &Path) -> Subject {
+    let mut scene = raytree::import(path).unwrap_or_else(|error| panic!("{error}"));
+    raytree::light_if_dark(&mut scene);
+    let camera = raytree::default_camera(&scene);
+    Subject::new(name, (scene, camera), 1)
 }
 
 /// Name, file, and whether it is ours.

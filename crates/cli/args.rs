@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::builder::NonEmptyStringValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use glam::{DVec3, Vec3};
-use raytree::{Background, BitDepth, Preset, Region, Shading, Tolerance, ToneMap};
+use raytree::{Background, BitDepth, Preset, Region, RenderSettings, Shading, Tolerance, ToneMap};
 
 use crate::converge::ConvergeArgs;
 use crate::failure::Usage;
@@ -193,7 +193,7 @@ pub struct QualityArgs {
 
     /// Samples a pixel: stratified, always the same; more than one are filtered [default: 1; at most 8192]. With a tolerance or a time
     /// budget: the most of any pixel, which has 1, 5, 9, 17, .. of them [default: 131073].
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, 131_073))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, RenderSettings::MOST_SAMPLES))]
     pub spp: Option<u32>,
 
     /// A branch that weighs less in every channel is dropped [default: 0.001; with a tolerance or a time budget 0].
@@ -222,16 +222,14 @@ pub struct QualityArgs {
     pub batch: Option<u32>,
 }
 
-/// Of each pixel, where all have as many.
-const MOST_EVEN_SAMPLES: u32 = 8192;
-
 impl QualityArgs {
     /// What is refused of arguments that go together.
     pub fn check(&self) -> Result<(), Usage> {
         let is_controlled = self.tolerance.is_some() || self.time_budget.is_some();
+        let most = RenderSettings::MOST_EVEN_SAMPLES;
         match self.spp {
-            Some(samples) if samples > MOST_EVEN_SAMPLES && !is_controlled => Err(Usage(format!(
-                "--spp: at most {MOST_EVEN_SAMPLES} of each pixel; --tolerance gives more to those that need them"
+            Some(samples) if samples > most && !is_controlled => Err(Usage(format!(
+                "--spp: at most {most} of each pixel; --tolerance gives more to those that need them"
             ))),
             _ => Ok(()),
         }

@@ -157,7 +157,7 @@ fn second_differences<const CHANNELS: usize>(three_rows: &[f32], differences: &m
 }
 
 /// Which of [`Picture::factors`] is that of a pixel with as many samples.
-fn factor_of(count: u32) -> usize {
+pub(crate) fn factor_of(count: u32) -> usize {
     (level_of(count) as usize).min(LEVELS - 1)
 }
 

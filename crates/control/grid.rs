@@ -20,7 +20,7 @@ impl Grid {
     }
 
     /// Its pilots are many of its pixels.
-    pub(crate) fn is_small(self) -> bool {
+    fn is_small(self) -> bool {
         self.width * self.height < SMALL_PICTURE
     }
 

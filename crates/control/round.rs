@@ -75,7 +75,7 @@ impl Round {
         }
     }
 
-    /// A sample of each of these pixels, which have none.
+    /// A sample of each of these pixels, which is then their only one.
     pub(crate) fn of_singles(singles: Vec<u32>, negligible: Negligible) -> Self {
         Self {
             singles,

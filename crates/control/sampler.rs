@@ -6,7 +6,7 @@ use raytree_film::Estimates;
 
 use crate::allocation::{Candidate, threshold};
 use crate::calibration::{Calibration, LEVELS, Losses};
-use crate::estimate::{Picture, difference, over_channels};
+use crate::estimate::{Picture, difference, factor_of, over_channels};
 use crate::finished::{Finished, show_neighbours};
 use crate::grid::Grid;
 use crate::negligible::{FIRST_GUESS, Negligible, correction};
@@ -447,10 +447,10 @@ impl Sampler {
     fn refine(&mut self, refinement: &Refinement) {
         let index = refinement.pixel as usize;
         let before = self.pixels.judged(index);
+        let said = self.errors[index] / self.factors[factor_of(self.pixels.count(index))];
         let level = refinement.level;
         self.pixels.refine(index, level, &refinement.brought);
         let change = difference(before, self.pixels.judged(index));
-        let said = self.errors[index] / self.factors[(level as usize - 1).min(LEVELS - 1)];
         self.calibration.learn(level - 1, said, change);
     }
 

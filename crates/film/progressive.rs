@@ -23,7 +23,7 @@ pub fn progressive_pattern(count: u32) -> Vec<[f32; 2]> {
     pattern.take(count as usize).collect()
 }
 
-/// As [`ReconstructionFilter::inverse_cdf`], to f32's precision: thousands of them are wanted before each picture.
+/// As [`ReconstructionFilter::inverse_cdf`], to f32's precision: a picture may want a hundred thousand of them.
 fn warp(filter: ReconstructionFilter, share: f64) -> f32 {
     let (mut low, mut high) = (-filter.radius(), filter.radius());
     for _ in 0..28 {

@@ -28,7 +28,7 @@ use crate::{
     solids::camera_media,
     source::Limits,
     statistics::{Counters, Dropped},
-    types::{Aov, Frame, MAX_SAMPLES},
+    types::{Aov, Frame},
     upload::{GpuScene, in_range},
     wavefront::{STEP_BUDGET, SlotsComing, Wavefront},
 };
@@ -355,14 +355,12 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     if settings.samples == 0 {
         return fail("a pixel needs at least one sample");
     }
-    match settings.tolerance {
-        None if settings.samples > MAX_SAMPLES => {
-            return fail("a pixel can have at most 8192 samples");
-        }
-        Some(_) if settings.samples > RenderSettings::MOST_SAMPLES => {
-            return fail("with a tolerance a pixel can have at most 131073 samples");
-        }
-        _ => {}
+    let most = match settings.tolerance {
+        None => RenderSettings::MOST_EVEN_SAMPLES,
+        Some(_) => RenderSettings::MOST_SAMPLES,
+    };
+    if settings.samples > most {
+        return fail(&format!("a pixel can have at most {most} samples"));
     }
     if !(settings.min_weight >= 0.0 && settings.min_weight <= 1.0) {
         return fail("the least weight of a branch must lie between 0 and 1");

@@ -6,6 +6,8 @@ use raytree_control::Tolerance;
 use raytree_film::Window;
 use raytree_scene::model::Camera;
 
+use crate::types::MAX_SAMPLES;
+
 /// How surfaces turn light into radiance (shaders/README.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shading {
@@ -116,6 +118,9 @@ fn tolerance_rays(tolerance: Tolerance) -> u32 {
 }
 
 impl RenderSettings {
+    /// Samples that a pixel can have where all have as many: the shaders hold their offsets in a uniform buffer.
+    pub const MOST_EVEN_SAMPLES: u32 = MAX_SAMPLES;
+
     /// Samples that a pixel takes at most to keep a tolerance. A highlight of radiance 1,000 that is smaller than a pixel takes tens of
     /// thousands for 0.001 (`materials`).
     pub const MOST_SAMPLES: u32 = (1 << 17) + 1;

@@ -138,7 +138,7 @@ impl Reference {
 }
 
 /// Of both, channel by channel.
-fn combined(a: &Picture, b: &Picture, of: impl Fn(f32, f32) -> f32) -> Picture {
+pub fn combined(a: &Picture, b: &Picture, of: impl Fn(f32, f32) -> f32) -> Picture {
     let pairs = a.rgb.iter().zip(&b.rgb);
     let rgb = pairs
         .map(|(a, b)| [0, 1, 2].map(|channel| of(a[channel], b[channel])))
