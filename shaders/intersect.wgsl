@@ -38,26 +38,28 @@ fn view_along(direction: vec3f) -> View {
     return View(vec3f(1.0, -direction.x / direction.y, 0.0), vec3f(0.0, -direction.z / direction.y, 1.0));
 }
 
-// Edge functions in two dimensions. A vertex has the same place in the plane in every triangle that it belongs to, and the
-// value at an edge is a product of the same numbers, with opposite sign, in both triangles that share it: a ray slips through
-// neither edges nor vertices. (Edge functions in space, dot(d, cross(a, b)), hold at edges only: close to a vertex they are
-// differences of products with the distance to the origin, and their signs are noise.)
+// Edge functions in two dimensions. A vertex has the same place in the plane in every triangle that it belongs to, and at an edge
+// two products are compared that both triangles that share it compare, the other way round: a ray slips through neither edges nor
+// vertices. (Edge functions in space, dot(d, cross(a, b)), hold at edges only: close to a vertex they are differences of products
+// with the distance to the origin, and their signs are noise.) Compared, not subtracted: into a difference GPUs' drivers fuse one of
+// the two products unrounded, which of them depends on the triangle, and one ray of 500 at an edge of a ball slips through.
 fn intersect_triangle(origin: vec3f, direction: vec3f, view: View, corners: Vertices) -> TriangleHit {
     let a = corners.v0 - origin;
     let b = corners.v1 - origin;
     let c = corners.v2 - origin;
     let x = vec3f(dot(view.row_x, a), dot(view.row_x, b), dot(view.row_x, c));
     let y = vec3f(dot(view.row_y, a), dot(view.row_y, b), dot(view.row_y, c));
-    // Twice the areas that the ray spans with edges 1-2, 2-0 and 0-1.
-    let areas = x.zxy * y.yzx - y.zxy * x.yzx;
+    // Their differences are twice the areas that the ray spans with edges 1-2, 2-0 and 0-1.
+    let ahead = x.zxy * y.yzx;
+    let behind = y.zxy * x.yzx;
     // The host's normal, from f64: of a sliver the cross product of the edges is noise in f32, and t with it. And a plane across an
     // axis has the same one whatever triangle spans it: of two faces in one place t is equal, and the lower index wins everywhere.
     let slope = dot(corners.normal, direction);
     // All of one sign: inside. (Zero lies on an edge and belongs to both sides.)
-    let valid = (all(areas >= vec3f(0.0)) || all(areas <= vec3f(0.0))) && slope != 0.0;
+    let valid = (all(ahead >= behind) || all(ahead <= behind)) && slope != 0.0;
     if (HAS_INSTANCES) {
         // One that has shrunk to a point where its mesh was placed has a normal, but nothing to hit.
-        return TriangleHit(dot(corners.normal, a), slope, valid && any(areas != vec3f(0.0)));
+        return TriangleHit(dot(corners.normal, a), slope, valid && any(ahead != behind));
     }
     return TriangleHit(dot(corners.normal, a), slope, valid);
 }
