@@ -17,7 +17,7 @@ const HALF_STEP: f32 = 0.005;
 /// All of it in one batch, so that all of it is on the device.
 fn settings(subject: &Subject) -> RenderSettings {
     RenderSettings {
-        batch_pixels: SIDE * SIDE,
+        batch_pixels: Some(SIDE * SIDE),
         ..subject.settings.clone()
     }
 }

@@ -26,7 +26,7 @@ fn recorded_rays_are_those_that_were_traced() {
         let settings = RenderSettings {
             counters: true,
             // Several batches.
-            batch_pixels: 2048,
+            batch_pixels: Some(2048),
             ..RenderSettings::new(WIDTH, HEIGHT, support::camera(&scene))
         };
         let features = ProgramFeatures::of(&SceneFeatures::of(&scene), &settings);

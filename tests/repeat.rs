@@ -170,7 +170,7 @@ fn again_and_in_batches_of_any_size() {
             device,
             &scene,
             &RenderSettings {
-                batch_pixels,
+                batch_pixels: Some(batch_pixels),
                 ..settings.clone()
             },
         );

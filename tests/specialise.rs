@@ -1,14 +1,18 @@
 //! A picture never depends on what its program could do, nor on what was left out of its scene for not showing: the program of a
-//! scene without what can't show gives the same bytes as one with everything does of the scene as its file says it. The judge is
-//! the renderer itself; what it must not do is differ.
+//! scene without what can't show gives the same bytes as one with everything does of the scene as its file says it (on GPUs the same
+//! but for rounding). The judge is the renderer itself; what it must not do is differ.
 
 mod support;
+
+#[path = "support/alike.rs"]
+mod alike;
 
 #[path = "support/everything.rs"]
 mod everything;
 
 use std::path::Path;
 
+use alike::{Alike, Words};
 use everything::{everything, filled};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use raytree::{
@@ -46,29 +50,9 @@ fn simplified(mut scene: Scene) -> Scene {
     scene
 }
 
-/// All that is in a film, as bits.
-fn words(film: &Film) -> Vec<u32> {
-    let layers = film.aovs.as_ref().expect("all layers were asked for");
-    let floats = [
-        film.radiance.as_flattened(),
-        &film.alpha,
-        &layers.depth,
-        layers.position.as_flattened(),
-        layers.geometric_normal.as_flattened(),
-        layers.shading_normal.as_flattened(),
-        layers.albedo.as_flattened(),
-    ];
-    let floats = floats.into_iter().flatten().map(|value| value.to_bits());
-    let ids = [&layers.material_id, &layers.node_id, &layers.rays];
-    floats.chain(ids.into_iter().flatten().copied()).collect()
-}
-
 /// In how many of its words a film is not the same as another, if in any.
-fn difference(expected: &Film, actual: &Film) -> Option<String> {
-    let (expected, actual) = (words(expected), words(actual));
-    assert_eq!(expected.len(), actual.len());
-    let differing = expected.iter().zip(&actual).filter(|(a, b)| a != b).count();
-    (differing > 0).then(|| format!("{differing} of {} words differ", expected.len()))
+fn difference(device: &Device, expected: &Film, actual: &Film) -> Option<String> {
+    Alike::on(device).difference(&Words::of(expected), &Words::of(actual))
 }
 
 /// What differs between the special program's picture of the simplified scene and the general one's of the scene as it is, and the
@@ -81,12 +65,9 @@ fn compare(
     let special = support::render(device, &simplified(scene.clone()), settings);
     let general = render_with_everything(device, scene, settings, special.features);
     assert_ne!(special.features, general.features, "nothing is left out");
-    let rays = [special.counters, general.counters].map(|c| c.map(|c| (c.rays, c.ended)));
-    let counted = (rays[0] != rays[1]).then(|| format!("{:?}, not {:?}", rays[0], rays[1]));
-    (
-        difference(&general.film, &special.film).or(counted),
-        special,
-    )
+    let counted = Alike::on(device).counted(general.counters, special.counters);
+    let differing = difference(device, &general.film, &special.film);
+    (differing.or(counted), special)
 }
 
 fn settings(scene: &Scene, shading: Shading) -> RenderSettings {
@@ -404,14 +385,15 @@ fn what_shows_is_missed() {
         )
         .unwrap_or_else(|error| panic!("{error}"));
         assert!(
-            special.features.has(feature) && difference(&special.film, &less.film).is_some(),
+            special.features.has(feature)
+                && difference(device, &special.film, &less.film).is_some(),
             "{feature:?} is not missed"
         );
     }
     let mut darker = scene;
     darker.materials[1].base_color.x *= 0.999;
     let other = support::render(device, &darker, &settings);
-    assert!(difference(&special.film, &other.film).is_some());
+    assert!(difference(device, &special.film, &other.film).is_some());
 }
 
 /// .. and a scene that is lit by more lights than one differs by the last of them.

@@ -33,7 +33,7 @@ pub fn stem(file: &str) -> &str {
 /// it says which it is.
 pub fn device() -> Device {
     let choice = std::env::var("RAYTREE_DEVICE")
-        .map_or_else(|_| DeviceChoice::default(), DeviceChoice::Name);
+        .map_or_else(|_| DeviceChoice::default(), |text| text.as_str().into());
     let device = Device::open(&choice).unwrap_or_else(|error| panic!("{error}"));
     println!("device: {} ({})", device.info().name, device.info().driver);
     device

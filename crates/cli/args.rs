@@ -217,7 +217,8 @@ pub struct QualityArgs {
     #[arg(long, value_name = "cpu|gpu|INDEX|NAME", default_value = "cpu", value_parser = NonEmptyStringValueParser::new())]
     pub device: String,
 
-    /// Pixels worked on at once; changes memory and the steps of progress, never the picture [default: 131072].
+    /// Pixels worked on at once; changes memory and the steps of progress, never the picture
+    /// [default: up to 65536 on a CPU, 1048576 on a GPU].
     #[arg(long, value_name = "PIXELS", allow_hyphen_values = true, value_parser = values::integer(1, 1 << 24))]
     pub batch: Option<u32>,
 }

@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use raytree::{Device, RenderError, RenderSettings, Scene, Tolerance};
+use raytree::{Device, DeviceChoice, RenderError, RenderSettings, Scene, Tolerance};
 
 use crate::args::{QualityArgs, RenderArgs};
 use crate::cancel;
@@ -16,7 +16,6 @@ use crate::outputs::{Outputs, write_options};
 use crate::progress::Progress;
 use crate::report::{Contents, Report, Times};
 use crate::summary;
-use crate::values;
 use crate::view;
 
 /// What a process takes before and after what is timed here.
@@ -42,7 +41,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     cancel::check()?;
 
     progress.stage("preparing");
-    let choice = values::device(&args.quality.device);
+    let choice = DeviceChoice::from(args.quality.device.as_str());
     let (features, assemble, opened, waited) = thread::scope(|scope| {
         let opening = scope.spawn(|| Device::open(&choice));
         let (features, assemble) = timed(|| raytree::assemble_for(&scene, &settings));
@@ -130,7 +129,7 @@ fn prepare(args: &RenderArgs, outputs: &Outputs, started: Instant) -> anyhow::Re
         shading: quality.shading.into(),
         aovs: outputs.want_layers(),
         counters: args.counters,
-        batch_pixels: quality.batch.unwrap_or(chosen.batch_pixels),
+        batch_pixels: quality.batch,
         ..chosen
     };
     Ok(Prepared {

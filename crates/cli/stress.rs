@@ -7,14 +7,13 @@ use raytree_stress::{BOOK_TOLERANCE, CASES, Report, Row, Selection, UnknownCase}
 use crate::args::StressArgs;
 use crate::console::{Console, print, print_json};
 use crate::failure::Usage;
-use crate::values;
 
 pub fn run(args: &StressArgs, console: Console) -> anyhow::Result<()> {
     if args.list {
         return Ok(print(&list())?);
     }
     let selection = selection(args).map_err(|error| Usage(error.to_string()))?;
-    let device = Device::open(&values::device(&args.device))?;
+    let device = Device::open(&args.device.as_str().into())?;
     let observer = &mut |row: &Row| console.say(progress(row));
     let report = match args.beside_book {
         Some(tolerance) => {

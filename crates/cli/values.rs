@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use std::time::Duration;
 
-use raytree::{Background, DeviceChoice, Region, Tolerance, srgb_decode};
+use raytree::{Background, Region, Tolerance, srgb_decode};
 
 /// The longest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 65536;
@@ -179,17 +179,6 @@ fn hex_color(digits: &str) -> Result<Vec3, String> {
     let rgb = u32::from_str_radix(digits, 16).map_err(|error| error.to_string())?;
     let channel = |shift: u32| srgb_decode(f32::from((rgb >> shift) as u8) / 255.0);
     Ok(Vec3::new(channel(16), channel(8), channel(0)))
-}
-
-/// `cpu`, `gpu`, a number or part of a name.
-pub fn device(text: &str) -> DeviceChoice {
-    match text {
-        "cpu" => DeviceChoice::Cpu,
-        "gpu" => DeviceChoice::Gpu,
-        _ => text
-            .parse()
-            .map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index),
-    }
 }
 
 /// `threshold:share`.

@@ -11,7 +11,7 @@ use crate::{
     pass::binding_bytes,
     pipeline::bindings_of,
     program::{Kernel, ProgramError, ProgramFeatures, assemble},
-    render::{EXTRA_ITEMS, Plan},
+    render::{EXTRA_ITEMS, Plan, Room},
     settings::RenderSettings,
     source::Limits,
     specialise::{SpecialiseError, validate},
@@ -70,7 +70,7 @@ pub fn cost(
         .map(|kernel| assemble(kernel, features, limits))
         .collect::<Result<Vec<_>, _>>()?;
     let gpu_scene = GpuScene::new(scene, bvh, features, settings.shading)?;
-    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+    let plan = Plan::new(scene, &gpu_scene, bvh, settings, features, Room::CPU);
     let work = plan.work();
     let bindings: BTreeMap<_, _> = modules
         .iter()

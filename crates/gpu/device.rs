@@ -129,6 +129,19 @@ impl DeviceInfo {
     }
 }
 
+impl From<&str> for DeviceChoice {
+    /// `cpu`, `gpu`, a number in the list of [`list_devices`], or part of a name.
+    fn from(text: &str) -> Self {
+        match text {
+            "cpu" => Self::Cpu,
+            "gpu" => Self::Gpu,
+            _ => text
+                .parse()
+                .map_or_else(|_| Self::Name(text.to_owned()), Self::Index),
+        }
+    }
+}
+
 impl DeviceChoice {
     fn position(&self, found: &[DeviceInfo]) -> Option<usize> {
         match self {

@@ -36,8 +36,38 @@ use crate::{
 /// Of the same name in `shaders/state.wgsl`.
 pub(crate) const STACK_PLANE: u32 = 3;
 
-/// What the state of a batch may take.
-const STATE_BYTES: u64 = 64 << 20;
+/// What a batch may take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// Slots.
+    pixels: u32,
+    /// Their state.
+    state_bytes: u64,
+}
+
+impl Room {
+    /// What a processor's caches and memory can do with.
+    pub(crate) const CPU: Self = Self {
+        pixels: 1 << 16,
+        state_bytes: 64 << 20,
+    };
+
+    /// A GPU has a hundred thousand lanes to fill, and waits as long for few rays as for many.
+    const GPU: Self = Self {
+        pixels: 1 << 20,
+        state_bytes: 1 << 30,
+    };
+
+    fn of(device: &Device) -> Self {
+        if device.info().cpu {
+            return Self::CPU;
+        }
+        Self {
+            state_bytes: Self::GPU.state_bytes.min(device.largest_binding()),
+            ..Self::GPU
+        }
+    }
+}
 
 /// Of the same name in `shaders/ray_stack.wgsl`.
 pub(crate) const EXTRA_ITEMS: u32 = 2;
@@ -181,7 +211,8 @@ impl<'p> Prepared<'p> {
 
         let started = Instant::now();
         let limits = Limits::for_depth(bvh.depth);
-        let plan = Plan::new(scene, &gpu_scene, bvh, settings, features);
+        let room = Room::of(device);
+        let plan = Plan::new(scene, &gpu_scene, bvh, settings, features, room);
         let wavefront = Wavefront::new(device, features, limits, &gpu_scene, &plan.work())?;
         let layers = settings
             .aovs
@@ -379,7 +410,7 @@ pub(crate) fn frame_of(
     settings: &RenderSettings,
     features: ProgramFeatures,
 ) -> Frame {
-    Plan::new(scene, gpu, bvh, settings, features).frame
+    Plan::new(scene, gpu, bvh, settings, features, Room::CPU).frame
 }
 
 /// A picture's layout in batches, and the frame that they share.
@@ -403,6 +434,7 @@ impl Plan {
         bvh: &Bvh,
         settings: &RenderSettings,
         features: ProgramFeatures,
+        room: Room,
     ) -> Self {
         let region = settings.visible_region();
         let tiling = Tiling::new(region.width, region.height);
@@ -427,8 +459,8 @@ impl Plan {
         } else if features.has(Feature::Contact) {
             slot_bytes += 16 * u64::from(SUSPENDED_HEAD);
         }
-        let batch_pixels = settings.batch_pixels.min(MOST_SLOTS);
-        let slots = (STATE_BYTES / slot_bytes).min(u64::from(batch_pixels)) as u32;
+        let batch_pixels = settings.batch_pixels.unwrap_or(room.pixels).min(MOST_SLOTS);
+        let slots = (room.state_bytes / slot_bytes).min(u64::from(batch_pixels)) as u32;
         let tiles_at_once = (slots / TILE_PIXELS).max(1);
         let batches = tiling.batches(tiles_at_once);
         let samples = match settings.tolerance {

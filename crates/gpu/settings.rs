@@ -103,8 +103,9 @@ pub struct RenderSettings {
     pub aovs: bool,
     /// Count rays, node visits, triangle tests and why branches end. Costs a few percent.
     pub counters: bool,
-    /// The most pixels that are worked on at once. Only memory and the steps of progress depend on it, never the picture.
-    pub batch_pixels: u32,
+    /// The most pixels that are worked on at once; `None`: as many as suit the device (65,536 of a CPU, 1,048,576 of a GPU). Only memory
+    /// and the steps of progress depend on it, never the picture.
+    pub batch_pixels: Option<u32>,
 }
 
 /// Trees that double at every level are few in most pictures, but all other samples wait for them: they may be cut (where their branches
@@ -160,7 +161,7 @@ impl RenderSettings {
             numerics: Numerics::default(),
             aovs: false,
             counters: false,
-            batch_pixels: 1 << 16,
+            batch_pixels: None,
         }
     }
 

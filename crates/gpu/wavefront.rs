@@ -21,7 +21,7 @@ use crate::{
     error::RenderError,
     pass::Work,
     pipeline::{ComingBack, Pipeline, Resources, Workgroups, mapped, submit},
-    program::{Kernel, ProgramFeatures, assemble},
+    program::{Feature, Kernel, ProgramFeatures, assemble},
     source::Limits,
     statistics::{COUNTERS, Counters},
     types::{Frame, Slot, WorkList},
@@ -181,8 +181,12 @@ impl Wavefront {
             .queue
             .write_buffer(&empty, 0, bytes_of(&WorkList::EMPTY));
         device.check()?;
-        // The device counts in 32 bits.
-        let countable = u64::from(u32::MAX) / (MOST_STEPS * u64::from(work.slots.max(1)));
+        // The device counts steps, if it does, in 32 bits.
+        let countable = if features.has(Feature::Counters) {
+            u64::from(u32::MAX) / (MOST_STEPS * u64::from(work.slots.max(1)))
+        } else {
+            u64::from(MOST_ITERATIONS)
+        };
         let most_iterations = countable.clamp(1, u64::from(MOST_ITERATIONS)) as u32;
         Ok(Self {
             camera_rays,

@@ -141,11 +141,13 @@ fn logarithm_and_arc_tangent() {
     let call = |(s, y, x): &Call| Arguments::default().number(*s).number(*y).number(*x).done();
     let judge = |(s, y, x): &Call, answer: Answer<'_>| {
         let logarithm = (-f64::from(*s)).ln_1p();
+        // Where the builtin does it, 3 ulp are granted (WGSL, 15.7.4.1).
+        let roundings = if *s > 0.5 { 6.0 } else { 4.0 };
         near(
             "ln(1 - s)",
             answer.number(0),
             logarithm,
-            4.0 * EPSILON * logarithm.abs(),
+            roundings * EPSILON * logarithm.abs(),
         )?;
         let angle = f64::from(*y).atan2(f64::from(*x));
         near(

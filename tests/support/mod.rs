@@ -44,7 +44,7 @@ pub fn device() -> Option<&'static Device> {
     DEVICE
         .get_or_init(|| {
             let choice = match std::env::var("RAYTREE_DEVICE") {
-                Ok(name) => DeviceChoice::Name(name),
+                Ok(text) => DeviceChoice::from(text.as_str()),
                 Err(_) => DeviceChoice::default(),
             };
             match Device::open(&choice) {

@@ -26,7 +26,7 @@ use crate::cancel;
 use crate::console::{Console, print};
 use crate::failure::{Interrupted, Usage};
 use crate::progress::Progress;
-use crate::{lighting, values, view};
+use crate::{lighting, view};
 use journal::JournalFile;
 use lab::Lab;
 use outputs::Folder;
@@ -55,7 +55,7 @@ pub fn run(args: &ConvergeArgs, console: Console) -> anyhow::Result<()> {
     let folder = Folder::prepare(args.output.as_deref(), &args.scene)?;
 
     progress.stage("opening the device");
-    let device = Device::open(&values::device(&args.quality.device))?;
+    let device = Device::open(&args.quality.device.as_str().into())?;
     let mut key = key::subject(&args.scene, &scene, &base, &args.lighting, device.info())?;
     let plan = Plan::beyond(&points, args.reference_spp, args.oracle);
     let judged_by = match &given {
@@ -186,7 +186,7 @@ fn base(args: &ConvergeArgs, scene: &Scene) -> anyhow::Result<RenderSettings> {
         width,
         height,
         max_rays: args.quality.max_rays.unwrap_or(chosen.max_rays),
-        batch_pixels: args.quality.batch.unwrap_or(chosen.batch_pixels),
+        batch_pixels: args.quality.batch,
         ..chosen
     })
 }

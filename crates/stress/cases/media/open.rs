@@ -26,7 +26,7 @@ pub(super) fn run(stage: &mut Stage<'_>) -> Result<(), StressError> {
             let film = stage.render(&scene, &settings)?.film;
             beyond = worse(beyond, outside_of_furnace(&film));
             let small = RenderSettings {
-                batch_pixels: 128,
+                batch_pixels: Some(128),
                 ..settings.clone()
             };
             let again = stage.render(&scene, &small)?.film;

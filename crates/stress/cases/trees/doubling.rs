@@ -90,7 +90,7 @@ pub(super) fn boxes(stage: &mut Stage<'_>) -> Result<(), StressError> {
     let settings = along_the_row(16, 64, 1000);
     let at_once = stage.render(&scene, &settings)?;
     let in_batches = RenderSettings {
-        batch_pixels: 64,
+        batch_pixels: Some(64),
         ..settings
     };
     let in_batches = stage.render(&scene, &in_batches)?;
