@@ -8,7 +8,7 @@ use crate::{
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
     instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
     pass::ITEM_BYTES,
-    render::{
+    plan::{
         CAMERA_LEVEL, EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES,
         SUSPENDED_HEAD,
     },

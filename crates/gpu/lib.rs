@@ -19,6 +19,7 @@ mod instances;
 mod pass;
 mod piece;
 mod pipeline;
+mod plan;
 mod probe;
 mod program;
 mod render;

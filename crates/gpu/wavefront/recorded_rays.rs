@@ -13,8 +13,9 @@ use crate::{
     pass::ITEM_BYTES,
     piece::{Piece, PieceCall, PieceResult, evaluate},
     pipeline::mapped,
+    plan::{CAMERA_LEVEL, MOST_SLOTS, STACK_PLANE},
     program::Feature,
-    render::{CAMERA_LEVEL, MOST_SLOTS, Prepared, STACK_PLANE},
+    render::Prepared,
     statistics::Counters,
     types::{Frame, ProbeHit, ProbeRay},
 };
