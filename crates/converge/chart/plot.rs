@@ -371,13 +371,21 @@ fn draw_guide<B: DrawingBackend>(
     let law_length = length(law, style.size, false);
     let longest =
         (law_length + length(&exponent, RAISED, false)).max(length(&interval, style.size, false));
-    // Under the line, where it has room.
-    let places: Vec<At> = [0.35, 0.5, 0.2, 0.65, 0.1]
+    // Under the line, where it has room, close to it or not; else above.
+    let beside = [
+        (-longest - 8.0, 22.0),
+        (-longest - 8.0, 44.0),
+        (10.0, -14.0),
+    ];
+    let shares = [0.35, 0.5, 0.2, 0.65, 0.1, 0.8, 0.95];
+    let places: Vec<At> = beside
         .iter()
-        .map(|share| {
-            let x = from.0 + share * (to.0 - from.0);
-            let y = from.1 + share * (to.1 - from.1);
-            (x - longest - 8.0, y + 22.0)
+        .flat_map(|(right, down)| {
+            shares.map(|share| {
+                let x = from.0 + share * (to.0 - from.0);
+                let y = from.1 + share * (to.1 - from.1);
+                (x + right, y + down)
+            })
         })
         .collect();
     if let Some(at) = page.find_best(&places, longest, 2.4 * style.size) {
