@@ -1,14 +1,20 @@
 //! What a picture takes at equal error. A reference is made (the mean of two pictures with different patterns of many samples; kept in the
 //! target folder), then pictures at many fixed settings, of which those on the Pareto front count, then pictures at several tolerances.
 //! What a fixed setting of a tolerance's own error would take is interpolated between its two neighbours on the front (in the
-//! logarithms), which are timed once more in turn with it.
+//! logarithms), which are timed once more in turn with it. Where that reference could not tell, smaller pictures are held against those
+//! that are kept of our scenes.
 
-use std::{fs, time::Instant};
+use std::{
+    cell::{OnceCell, RefCell},
+    fs,
+    time::Instant,
+};
 
 use raytree::{Device, Feature, Film, Picture, RenderSettings, Tolerance, WriteOptions};
 
 use crate::{
-    reference::{combined, rmse},
+    kept,
+    reference::{Reference, Uncertainty, combined, rmse},
     support::{
         self, Effort,
         findings::{Bar, Findings},
@@ -18,8 +24,11 @@ use crate::{
     },
 };
 
-/// Large enough that a picture takes longer than it takes to begin one.
+/// Large enough that a picture of a sample a pixel takes longer than it takes to begin one.
 const SIZE: (u32, u32) = (256, 192);
+
+/// What the error of a picture to a tolerance is of that, about.
+const USUAL_ERROR: f64 = 0.3;
 
 /// At the same error, over the time of the best fixed setting: the mean over scenes and tolerances, and any of them.
 const MEAN_BAR: Bar = Bar::AtMost(0.7);
@@ -28,20 +37,24 @@ const WORST_BAR: Bar = Bar::AtMost(1.1);
 /// What both pictures of a reference may take.
 const REFERENCE_SECONDS: f64 = 40.0;
 
-/// A tenth of the tolerance takes up to a hundred times as long: it is not tried where a picture takes longer than this.
-const LAST_SECONDS: f64 = 2.0;
-
-/// Where a picture takes longer, three rounds are enough.
+/// Where a picture takes longer than the first, three rounds are enough; where it takes longer than the second, all that it is held against
+/// would take hours.
 const LONG_SECONDS: f64 = 0.5;
+const LAST_SECONDS: f64 = 10.0;
 
-/// Fixed settings are not tried that take longer.
+/// Fixed settings are tried that take up to this, or up to so much more than the picture to a tolerance. CPU time.
 const LONGEST_SECONDS: f64 = 5.0;
+const LONGEST: f64 = 2.0;
+
+/// More samples are not tried once the reference can't tell, or trees that are cut off are all of the error.
+const TOLD: f64 = 0.7;
+const STILL: f64 = 0.97;
 
 /// Samples a pixel of fixed settings.
-const SAMPLES: [u32; 9] = [1, 2, 4, 8, 16, 36, 64, 144, 256];
+const SAMPLES: [u32; 13] = [1, 2, 4, 8, 16, 36, 64, 144, 256, 576, 1024, 2304, 4096];
 
 /// Depth and least weight of fixed settings.
-const TREES: [(u32, f32); 7] = [
+const TREES: [(u32, f32); 8] = [
     (3, 0.1),
     (3, 0.02),
     (8, 0.1),
@@ -49,6 +62,7 @@ const TREES: [(u32, f32); 7] = [
     (8, 0.002),
     (32, 0.02),
     (32, 0.002),
+    (64, 0.0002),
 ];
 
 /// A scene with what its pictures are held against.
@@ -56,9 +70,9 @@ struct Judged<'s> {
     device: &'s Device,
     subject: &'s Subject,
     base: RenderSettings,
-    reference: Picture,
-    /// Root mean square, of the reference itself.
-    uncertainty: f64,
+    reference: Reference,
+    /// What was tried so far.
+    tried: RefCell<Vec<Fixed>>,
 }
 
 /// A fixed setting on the front.
@@ -76,77 +90,60 @@ pub fn outcomes(
     tolerances: &[f32],
     effort: Effort,
 ) -> Vec<Cost> {
-    let judged = Judged::new(device, subject, effort);
-    let front = judged.front();
-    let mut costs: Vec<Cost> = Vec::new();
-    for &tolerance in tolerances {
-        if costs.last().is_some_and(|last| last.seconds > LAST_SECONDS) {
-            println!(
-                "{:<28} {tolerance:<6} not tried: it would take minutes",
-                subject.name
-            );
-            break;
+    let large = Judged::large(device, subject, effort);
+    let small = OnceCell::new();
+    let cost = |&tolerance: &f32| {
+        let judged = if large.reference.tells(USUAL_ERROR * f64::from(tolerance)) {
+            &large
+        } else {
+            small.get_or_init(|| Judged::small(device, subject))
+        };
+        let cost = judged.cost(tolerance, effort.rounds());
+        match &cost {
+            Some(cost) => println!("{cost}"),
+            None => println!("{:<28} {tolerance:<6} not tried", subject.name),
         }
-        let cost = judged.cost(tolerance, &front, effort.rounds());
-        println!("{cost}");
-        costs.push(cost);
-    }
-    costs
+        cost
+    };
+    tolerances.iter().filter_map(cost).collect()
 }
 
 impl<'s> Judged<'s> {
-    fn new(device: &'s Device, subject: &'s Subject, effort: Effort) -> Self {
-        let mut judged = Self {
+    fn new(
+        device: &'s Device,
+        subject: &'s Subject,
+        (width, height): (u32, u32),
+        reference: impl FnOnce(&RenderSettings) -> Reference,
+    ) -> Self {
+        let base = RenderSettings {
+            width,
+            height,
+            ..subject.settings.clone()
+        };
+        Self {
             device,
             subject,
-            base: RenderSettings {
-                width: SIZE.0,
-                height: SIZE.1,
-                ..subject.settings.clone()
-            },
-            reference: Picture::from(&Film::new(SIZE.0, SIZE.1)),
-            uncertainty: f64::INFINITY,
-        };
+            reference: reference(&base),
+            base,
+            tried: RefCell::default(),
+        }
+    }
+
+    fn large(device: &'s Device, subject: &'s Subject, effort: Effort) -> Self {
         let seconds = if effort == Effort::Test {
             0.5
         } else {
             REFERENCE_SECONDS
         };
-        (judged.reference, judged.uncertainty) = judged.reference_within(seconds);
-        judged
+        Self::new(device, subject, SIZE, |base| {
+            reference_within(seconds, device, subject, base)
+        })
     }
 
-    /// The mean of two pictures, and half of what they differ by.
-    fn reference_within(&self, seconds: f64) -> (Picture, f64) {
-        let deep = |samples| RenderSettings {
-            samples,
-            max_depth: 64,
-            min_weight: 1e-4,
-            max_rays: 1 << 12,
-            ..self.base.clone()
-        };
-        let started = Instant::now();
-        self.render(&deep(1));
-        let one = started.elapsed().as_secs_f64();
-        let affordable = (seconds / 2.0 / one).sqrt() as u32;
-        // Of few numbers, so that what is kept is found again.
-        let roots = [4, 6, 8, 11, 16, 23, 32, 45, 64, 89];
-        let fitting = roots.into_iter().filter(|&root| root <= affordable);
-        let root = fitting.max().unwrap_or(4);
-        let [a, b] = [root, root + 1].map(|root| {
-            let name = format!("cost-{}-{root}-{seconds}.exr", self.subject.name);
-            let folder = support::target().join("tolerance");
-            fs::create_dir_all(&folder).unwrap_or_else(|error| panic!("{error}"));
-            let kept = folder.join(name);
-            Picture::read(&kept).unwrap_or_else(|_| {
-                let film = self.render(&deep(root * root)).1;
-                film.write(&kept, &WriteOptions::default())
-                    .unwrap_or_else(|error| panic!("{error}"));
-                Picture::from(&film)
-            })
-        });
-        let uncertainty = 0.5 * rmse(&a, &b);
-        (combined(&a, &b, |a, b| 0.5 * (a + b)), uncertainty)
+    fn small(device: &'s Device, subject: &'s Subject) -> Self {
+        Self::new(device, subject, kept::SIZE, |base| {
+            kept::reference(device, subject, true, base)
+        })
     }
 
     fn render(&self, settings: &RenderSettings) -> (Turn, Film) {
@@ -167,29 +164,13 @@ impl<'s> Judged<'s> {
     }
 
     /// Fixed settings of which no other is both nearer to the reference and quicker, from the least error on.
-    fn front(&self) -> Vec<Fixed> {
+    fn front(&self, longest: f64) -> Vec<Fixed> {
         let branches = self.subject.features(&self.base).has(Feature::Branches);
         let trees = if branches { &TREES[..] } else { &[(8, 0.001)] };
-        let mut found = Vec::new();
-        for &(max_depth, min_weight) in trees {
-            for samples in SAMPLES {
-                let settings = RenderSettings {
-                    samples,
-                    max_depth,
-                    min_weight,
-                    ..self.base.clone()
-                };
-                let (turn, film) = self.render(&settings);
-                found.push(Fixed {
-                    error: rmse(&self.reference, &Picture::from(&film)),
-                    seconds: turn.cpu,
-                    settings,
-                });
-                if turn.cpu > LONGEST_SECONDS {
-                    break;
-                }
-            }
-        }
+        let mut found: Vec<Fixed> = trees
+            .iter()
+            .flat_map(|&tree| self.with_trees(tree, longest))
+            .collect();
         found.sort_by(|a, b| a.error.total_cmp(&b.error));
         let mut quickest = f64::INFINITY;
         found.retain(|fixed| {
@@ -200,17 +181,66 @@ impl<'s> Judged<'s> {
         found
     }
 
-    fn cost(&self, tolerance: f32, front: &[Fixed], rounds: usize) -> Cost {
+    /// More and more samples, as long as that is worth the while.
+    fn with_trees(&self, (max_depth, min_weight): (u32, f32), longest: f64) -> Vec<Fixed> {
+        let (mut least, mut in_vain) = (f64::INFINITY, 0);
+        let mut found = Vec::new();
+        for samples in SAMPLES {
+            let fixed = self.fixed(RenderSettings {
+                samples,
+                max_depth,
+                min_weight,
+                ..self.base.clone()
+            });
+            let (error, seconds) = (fixed.error, fixed.seconds);
+            found.push(fixed);
+            let is_told = self.reference.error.total() < TOLD * error;
+            // Two samples may be worse than one, which has another filter.
+            in_vain = if error > STILL * least {
+                in_vain + 1
+            } else {
+                0
+            };
+            if seconds > longest || !is_told || in_vain > 1 {
+                break;
+            }
+            least = least.min(error);
+        }
+        found
+    }
+
+    /// A fixed setting, tried once.
+    fn fixed(&self, settings: RenderSettings) -> Fixed {
+        let mut tried = self.tried.borrow_mut();
+        if let Some(before) = tried.iter().find(|before| before.settings == settings) {
+            return before.clone();
+        }
+        let (turn, film) = self.render(&settings);
+        let fixed = Fixed {
+            settings,
+            error: rmse(&self.reference.picture, &Picture::from(&film)),
+            seconds: turn.cpu,
+        };
+        tried.push(fixed.clone());
+        fixed
+    }
+
+    fn cost(&self, tolerance: f32, rounds: usize) -> Option<Cost> {
         let to_tolerance = Tolerance::absolute(tolerance);
         let settings = self.base.clone().to_tolerance(to_tolerance);
         let ready = self.subject.prepared(self.device, &settings);
         let once = ready
             .render(&mut raytree::unobserved)
             .unwrap_or_else(|error| panic!("{error}"));
-        let error = rmse(&self.reference, &Picture::from(&once.film));
+        let seconds = once.times.render.as_secs_f64();
+        if seconds > LAST_SECONDS {
+            return None;
+        }
+        let error = rmse(&self.reference.picture, &Picture::from(&once.film));
         let report = once.error.expect("a tolerance was asked for");
-        let between = Between::of(front, error);
-        let rounds = if once.times.render.as_secs_f64() > LONG_SECONDS {
+        let front = self.front(LONGEST_SECONDS.max(LONGEST * rendered(&ready).0.cpu));
+        let between = Between::of(&front, error);
+        let rounds = if seconds > LONG_SECONDS {
             rounds.min(3)
         } else {
             rounds
@@ -222,17 +252,65 @@ impl<'s> Judged<'s> {
             let theirs = between.interpolated(|fixed| self.render(&fixed.settings).0.cpu);
             ours.cpu / theirs
         }));
-        Cost {
+        Some(Cost {
             name: self.subject.name.clone(),
             tolerance,
             error,
-            uncertainty: self.uncertainty,
-            samples: report.samples as f64 / f64::from(SIZE.0 * SIZE.1),
+            width: self.base.width,
+            uncertainty: self.reference.error.total(),
+            is_told: self.reference.tells(error),
+            samples: report.samples as f64 / f64::from(self.base.width * self.base.height),
             rays: self.rays(&settings) / between.interpolated(|fixed| self.rays(&fixed.settings)),
             time,
-            seconds: once.times.render.as_secs_f64(),
+            seconds,
             is_beyond: error < front[0].error,
-        }
+        })
+    }
+}
+
+/// The mean of two pictures, and half of what they differ by.
+fn reference_within(
+    seconds: f64,
+    device: &Device,
+    subject: &Subject,
+    base: &RenderSettings,
+) -> Reference {
+    let render = |samples| {
+        let deep = RenderSettings {
+            samples,
+            max_depth: 64,
+            min_weight: 1e-4,
+            max_rays: 1 << 12,
+            ..base.clone()
+        };
+        rendered(&subject.prepared(device, &deep)).1
+    };
+    let started = Instant::now();
+    render(1);
+    let one = started.elapsed().as_secs_f64();
+    let affordable = (seconds / 2.0 / one).sqrt() as u32;
+    // Of few numbers, so that what is kept is found again.
+    let roots = [4, 6, 8, 11, 16, 23, 32, 45, 64, 89];
+    let fitting = roots.into_iter().filter(|&root| root <= affordable);
+    let root = fitting.max().unwrap_or(4);
+    let [a, b] = [root, root + 1].map(|root| {
+        let name = format!("cost-{}-{root}-{seconds}.exr", subject.name);
+        let folder = support::target().join("tolerance");
+        fs::create_dir_all(&folder).unwrap_or_else(|error| panic!("{error}"));
+        let kept = folder.join(name);
+        Picture::read(&kept).unwrap_or_else(|_| {
+            let film = render(root * root);
+            film.write(&kept, &WriteOptions::default())
+                .unwrap_or_else(|error| panic!("{error}"));
+            Picture::from(&film)
+        })
+    });
+    Reference {
+        error: Uncertainty {
+            sampling: 0.5 * rmse(&a, &b),
+            trees: 0.0,
+        },
+        picture: combined(&a, &b, |a, b| 0.5 * (a + b)),
     }
 }
 
@@ -272,9 +350,13 @@ impl<'f> Between<'f> {
 pub struct Cost {
     name: String,
     tolerance: f32,
+    /// Of the picture, pixels.
+    width: u32,
     error: f64,
     /// Of the reference.
     uncertainty: f64,
+    /// By the reference.
+    is_told: bool,
     samples: f64,
     /// Over those of fixed settings.
     rays: f64,
@@ -286,16 +368,9 @@ pub struct Cost {
     is_beyond: bool,
 }
 
-impl Cost {
-    /// The reference is good enough to tell.
-    fn is_told(&self) -> bool {
-        self.uncertainty < 0.5 * self.error
-    }
-}
-
 impl std::fmt::Display for Cost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let told = if self.is_told() {
+        let told = if self.is_told {
             ""
         } else {
             ", the reference is too far off to tell"
@@ -307,10 +382,11 @@ impl std::fmt::Display for Cost {
         };
         write!(
             f,
-            "{:<28} {:<6} error {:.5} (reference {:.5}), {:.1} samples, {:.3} s; of fixed settings' time {:.2} ({:.2} to {:.2}), rays \
+            "{:<28} {:<6} {:>3} wide: error {:.5} (reference {:.5}), {:.1} samples, {:.3} s; of fixed settings' time {:.2} ({:.2} to {:.2}), rays \
              {:.2}{beyond}{told}",
             self.name,
             self.tolerance,
+            self.width,
             self.error,
             self.uncertainty,
             self.samples,
@@ -325,7 +401,7 @@ impl std::fmt::Display for Cost {
 
 /// Of all that can be told.
 pub fn tell(costs: &[Cost], findings: &mut Findings) {
-    let told: Vec<&Cost> = costs.iter().filter(|cost| cost.is_told()).collect();
+    let told: Vec<&Cost> = costs.iter().filter(|cost| cost.is_told).collect();
     println!("{} of {} costs can be told", told.len(), costs.len());
     if told.is_empty() {
         return;

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// That of the references.
-const SIZE: (u32, u32) = (64, 48);
+pub const SIZE: (u32, u32) = (64, 48);
 
 /// Of the pictures, those with an estimate below the error, and what the estimate is of the error in the mean.
 const BELOW_BAR: Bar = Bar::AtMost(0.01);
@@ -79,7 +79,8 @@ impl std::fmt::Display for Kept {
     }
 }
 
-fn reference(
+/// A reference for pictures of that size.
+pub fn reference(
     device: &Device,
     subject: &Subject,
     is_ours: bool,
