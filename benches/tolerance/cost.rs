@@ -40,7 +40,7 @@ const REFERENCE_SECONDS: f64 = 40.0;
 /// Where a picture takes longer than the first, three rounds are enough; where it takes longer than the second, all that it is held against
 /// would take hours.
 const LONG_SECONDS: f64 = 0.5;
-const LAST_SECONDS: f64 = 10.0;
+const LAST_SECONDS: f64 = 15.0;
 
 /// Fixed settings are tried that take up to this, or up to so much more than the picture to a tolerance. CPU time.
 const LONGEST_SECONDS: f64 = 5.0;
@@ -49,9 +49,10 @@ const LONGEST: f64 = 2.0;
 /// More samples are not tried once the reference can't tell, or trees that are cut off are all of the error.
 const TOLD: f64 = 0.7;
 const STILL: f64 = 0.97;
+const FEW_SAMPLES: u32 = 100;
 
-/// Samples a pixel of fixed settings.
-const SAMPLES: [u32; 13] = [1, 2, 4, 8, 16, 36, 64, 144, 256, 576, 1024, 2304, 4096];
+/// Samples a pixel of fixed settings. None is that of a reference, whose pattern would be the same.
+const SAMPLES: [u32; 13] = [1, 2, 4, 8, 18, 40, 80, 160, 320, 640, 1280, 2560, 5120];
 
 /// Depth and least weight of fixed settings.
 const TREES: [(u32, f32); 8] = [
@@ -183,7 +184,7 @@ impl<'s> Judged<'s> {
 
     /// More and more samples, as long as that is worth the while.
     fn with_trees(&self, (max_depth, min_weight): (u32, f32), longest: f64) -> Vec<Fixed> {
-        let (mut least, mut in_vain) = (f64::INFINITY, 0);
+        let mut before = f64::INFINITY;
         let mut found = Vec::new();
         for samples in SAMPLES {
             let fixed = self.fixed(RenderSettings {
@@ -195,16 +196,12 @@ impl<'s> Judged<'s> {
             let (error, seconds) = (fixed.error, fixed.seconds);
             found.push(fixed);
             let is_told = self.reference.error.total() < TOLD * error;
-            // Two samples may be worse than one, which has another filter.
-            in_vain = if error > STILL * least {
-                in_vain + 1
-            } else {
-                0
-            };
-            if seconds > longest || !is_told || in_vain > 1 {
+            // Of few samples the error does not fall evenly.
+            let is_in_vain = samples > FEW_SAMPLES && error > STILL * before;
+            if seconds > longest || !is_told || is_in_vain {
                 break;
             }
-            least = least.min(error);
+            before = error;
         }
         found
     }

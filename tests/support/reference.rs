@@ -23,7 +23,7 @@ const BORDER: u32 = 2;
 /// Two larger pictures: pixels to a pixel along each side, and their samples.
 const LARGER: [(u32, u32); 2] = [(24, 9), (19, 16)];
 
-/// They have more samples, 4 times and 16 times as many, until they differ by no more than twice this.
+/// They have more samples, 4 times and 16 times as many, until they differ by no more than twice this. So have those of farther trees.
 const ENOUGH: f64 = 1.8e-4;
 
 /// What of ray trees is followed, and farther: what that changes is looked for in pictures of few samples, and added.
@@ -90,20 +90,17 @@ impl Reference {
         let halves_of = |more: u32| {
             LARGER.map(|(scale, samples)| reduced(device, scene, settings, scale, more * samples))
         };
-        let mut halves = halves_of(1);
-        for more in [4, 16] {
-            if rmse(&halves[0], &halves[1]) > 2.0 * ENOUGH {
-                halves = halves_of(more);
-            }
-        }
-        let changes = TREE_SAMPLES.map(|samples| {
-            let [near, far] = TREES.map(|trees| {
-                let settings = with_trees(settings, trees, samples);
-                Picture::from(&rendered(device, scene, &settings))
-            });
-            combined(&far, &near, |far, near| far - near)
-        });
-        let [change, other] = &changes;
+        let halves = alike(halves_of);
+        let changes_of = |more: u32| {
+            TREE_SAMPLES.map(|samples| {
+                let [near, far] = TREES.map(|trees| {
+                    let settings = with_trees(settings, trees, more * samples);
+                    Picture::from(&rendered(device, scene, &settings))
+                });
+                combined(&far, &near, |far, near| far - near)
+            })
+        };
+        let [change, other] = &alike(changes_of);
         let nothing = combined(change, change, |_, _| 0.0);
         let error = Uncertainty {
             sampling: 0.5 * rmse(&halves[0], &halves[1]),
@@ -135,6 +132,17 @@ impl Reference {
         let text = serde_json::to_string_pretty(&self.error).expect("numbers");
         fs::write(error, text + "\n").unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+/// Two pictures of the same, with as many samples as it takes for them to be alike.
+fn alike(both: impl Fn(u32) -> [Picture; 2]) -> [Picture; 2] {
+    let mut found = both(1);
+    for more in [4, 16] {
+        if rmse(&found[0], &found[1]) > 2.0 * ENOUGH {
+            found = both(more);
+        }
+    }
+    found
 }
 
 /// Of both, channel by channel.
