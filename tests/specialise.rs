@@ -396,6 +396,37 @@ fn what_shows_is_missed() {
     assert!(difference(device, &special.film, &other.film).is_some());
 }
 
+/// Where drivers round in their own ways, a last bit counts for nothing, but what is more does, and so do many of them.
+#[test]
+fn rounding_is_no_difference_and_more_is_one() {
+    let mut film = Film::new(50, 40);
+    film.radiance.fill([0.5; 3]);
+    let with = |count: usize, factor: f32| {
+        let mut other = film.clone();
+        for value in other.radiance.as_flattened_mut().iter_mut().take(count) {
+            *value *= factor;
+        }
+        let words = [&film, &other].map(Words::of);
+        [Alike::Equal, Alike::Rounded].map(|judge| judge.difference(&words[0], &words[1]))
+    };
+    let rounded = 1.0 + f32::EPSILON;
+    assert_eq!(with(0, 2.0), [None, None]);
+    assert!(matches!(with(1, rounded), [Some(_), None]));
+    assert!(matches!(with(6000, rounded), [Some(_), None]));
+    assert!(matches!(with(10, 1.01), [Some(_), None]), "rays at edges");
+    assert!(matches!(with(20, 1.01), [Some(_), Some(_)]));
+    assert!(matches!(with(20, f32::NAN), [Some(_), Some(_)]));
+
+    let counted = |shadow| {
+        let mut counters = raytree::Counters::default();
+        counters.rays.shadow = shadow;
+        Some(counters)
+    };
+    let judged = |judge: Alike, shadow| judge.counted(counted(10_000), counted(shadow)).is_some();
+    assert!(judged(Alike::Equal, 10_001) && !judged(Alike::Rounded, 10_001));
+    assert!(judged(Alike::Rounded, 10_100));
+}
+
 /// .. and a scene that is lit by more lights than one differs by the last of them.
 #[test]
 fn a_light_that_shines_is_not_dropped() {

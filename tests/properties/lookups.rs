@@ -16,7 +16,7 @@ use raytree_stress::{
 };
 
 use super::trial::{
-    Answer, Arguments, EPSILON, Trial, decades, direction, near, near_vector, point,
+    Answer, Arguments, EPSILON, Trial, decades, direction, near, near_vector, point, roundings,
 };
 
 /// `shaders/README.md`, "Rays".
@@ -129,8 +129,9 @@ fn lights_fall_off_as_they_should() {
             return Ok(());
         }
         near_vector("wi", answer.vector(0), way / d, 8.0 * EPSILON / d.min(1.0))?;
-        // A square root may be off by 4.5 ulp (WGSL, 15.7.4.1: 2 of inverseSqrt, 2.5 of a division), and the square by two roundings.
-        near("distance", answer.number(3), d, 12.0 * EPSILON * d.max(1.0))?;
+        // A square root may be off by 4.5 ulp (WGSL's accuracy: 2 of inverseSqrt, 2.5 of a division), and the square by two roundings.
+        let most = roundings(8.0, 12.0 * d.max(1.0)) * EPSILON;
+        near("distance", answer.number(3), d, most)?;
         let window = if *light == 2 {
             (1.0 - (d / 1.5).powi(4)).clamp(0.0, 1.0)
         } else {

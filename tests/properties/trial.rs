@@ -22,6 +22,14 @@ const SHRINKS: usize = 200;
 /// One rounding of f32, relative.
 pub const EPSILON: f64 = f32::EPSILON as f64 / 2.0;
 
+/// How many roundings a builtin may be off by: as few as on a CPU's drivers, or what WGSL grants elsewhere.
+pub fn roundings(on_cpus: f64, granted: f64) -> f64 {
+    match support::device() {
+        Some(device) if !device.info().cpu => granted,
+        _ => on_cpus,
+    }
+}
+
 /// A function with what it is called within.
 pub struct Trial {
     pub piece: Piece,
