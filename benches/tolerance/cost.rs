@@ -226,16 +226,18 @@ impl<'s> Judged<'s> {
         let to_tolerance = Tolerance::absolute(tolerance);
         let settings = self.base.clone().to_tolerance(to_tolerance);
         let ready = self.subject.prepared(self.device, &settings);
-        let once = ready
-            .render(&mut raytree::unobserved)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let (turn, once) = Turn::of(|| {
+            ready
+                .render(&mut raytree::unobserved)
+                .unwrap_or_else(|error| panic!("{error}"))
+        });
         let seconds = once.times.render.as_secs_f64();
         if seconds > LAST_SECONDS {
             return None;
         }
         let error = rmse(&self.reference.picture, &Picture::from(&once.film));
         let report = once.error.expect("a tolerance was asked for");
-        let front = self.front(LONGEST_SECONDS.max(LONGEST * rendered(&ready).0.cpu));
+        let front = self.front(LONGEST_SECONDS.max(LONGEST * turn.cpu));
         let between = Between::of(&front, error);
         let rounds = if seconds > LONG_SECONDS {
             rounds.min(3)
