@@ -26,8 +26,6 @@ struct WorkItem {
 
 var<private> pending: u32; // items on this slot's stack
 
-const ITEM_WORDS: u32 = 4u; // vec4u each
-
 // Bits of an item's flags, above its kind.
 const ITEM_KIND: u32 = 3u;
 const ITEM_STRAIGHT: u32 = 4u;
@@ -49,11 +47,6 @@ const SUSPENDED_ENTERED_SHIFT: u32 = 16u;
 
 const_assert SUSPENDED_HEAD == TRAVERSAL_WORDS + CONTACT_WORDS;
 const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, max(TRAVERSAL_WORDS, CONTACT_WORDS));
-
-// The plane of a level's first word.
-fn item_plane(level: u32) -> u32 {
-    return STACK_PLANE + level * ITEM_WORDS;
-}
 
 // Lights that are left have no descendants, but a place.
 fn item_depth(item: WorkItem) -> u32 {
@@ -81,8 +74,7 @@ fn store_item(slot: u32, level: u32, item: WorkItem) {
         vec4u(item.media, select(vec2u(bitcast<u32>(item.t_min), rest), item.through, is_lights)),
         vec4u(0u),
     );
-    // The last one only where a ray may have media, or holes behind it.
-    store_words(item_plane(level), slot, words, frame.state_planes - STACK_PLANE);
+    store_words(item_word(slot, level), words, frame.item_words);
 }
 
 fn item_of(words: array<vec4u, ITEM_WORDS>) -> WorkItem {

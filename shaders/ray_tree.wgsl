@@ -48,7 +48,7 @@ fn store_slot(slot: u32) {
         counts = packed_counts();
     }
     let words = Words(bitcast<vec4u>(radiance), counts, vec4u(0u), vec4u(0u), vec4u(0u));
-    store_words(RADIANCE_PLANE, slot, words, 2u);
+    store_words(slot_word(slot), words, SLOT_WORDS);
 }
 
 // The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
@@ -555,20 +555,20 @@ fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
 
 // What lies below the item that was taken from the stack.
 fn item_below(slot: u32, index: u32) -> WorkItem {
-    return item_of(load_state(STACK_PLANE, frame.state_planes, slot, index, pending - 1u).item);
+    return item_of(load_state(FIRST_ITEM_WORD, FIRST_ITEM_WORD + frame.item_words, slot, index, pending - 1u).item);
 }
 
 // What is stored of an entry: of a camera ray no item, and with the first sample no sum, but the order where there are orders.
 fn load_entry(slot: u32, level: u32, index: u32) -> SlotState {
-    var first = RADIANCE_PLANE;
-    var end = frame.state_planes;
+    var first = RADIANCE_WORD;
+    var end = FIRST_ITEM_WORD + frame.item_words;
     if (level == CAMERA_LEVEL) {
         if (HAS_TOLERANCE) {
-            first = RADIANCE_PLANE;
+            first = RADIANCE_WORD;
         } else {
-            first = select(HIT_PLANE, RADIANCE_PLANE, frame.sample > 0u);
+            first = select(HIT_WORD, RADIANCE_WORD, frame.sample > 0u);
         }
-        end = STACK_PLANE;
+        end = FIRST_ITEM_WORD;
     }
     return load_state(first, end, slot, index, level);
 }

@@ -1,19 +1,30 @@
-// What kernels leave for each other: one list of texel-sized words in planes, a word for each slot (or place on the list) in each.
-// Lanes lie side by side, so that a vector of them reads one run of memory. In a storage buffer, since lavapipe takes 20 times
-// as long to store a texel; but a load from one, or a store, is much code (30 ms to compile), so what is more than a word goes through
-// loops whose end drivers can't know: they would unroll them.
+// What kernels leave for each other: one list of texel-sized words. First come the slots' sums, then what the rays on the list hit, then
+// the ray stacks, level by level, and at last what suspended traversals keep. What belongs together lies side by side, in a cache line if it
+// can: soon few slots are left on the list, far from each other and each at a level of its own. In a storage buffer, since lavapipe
+// takes 20 times as long to store a texel; but a load from one, or a store, is much code (30 ms to compile), so what is more than a word
+// goes through loops whose end drivers can't know: they would unroll them.
 
-const RADIANCE_PLANE: u32 = 0u; // by slot: Slot.radiance
-const COUNTS_PLANE: u32 = 1u; // by slot: the rest of Slot
-const HIT_PLANE: u32 = 2u; // by place on the list: what its ray hit
-const STACK_PLANE: u32 = 3u; // by slot: the stack of pending work, ITEM_WORDS a level
+const SLOT_WORDS: u32 = 2u; // Slot
+const ITEM_WORDS: u32 = 4u; // of pending work, as much of it as is in use: frame.item_words
 
-fn store_word(plane: u32, place: u32, word: vec4u) {
-    state[plane * frame.slot_count + place] = word;
+// The first word of a slot.
+fn slot_word(slot: u32) -> u32 {
+    return slot * SLOT_WORDS;
 }
 
-fn load_word(plane: u32, place: u32) -> vec4u {
-    return state[plane * frame.slot_count + place];
+// That of a place on the list: what its ray hit.
+fn hit_word(index: u32) -> u32 {
+    return frame.slot_count * SLOT_WORDS + index;
+}
+
+// The first word of an item on a slot's stack.
+fn item_word(slot: u32, level: u32) -> u32 {
+    return frame.slot_count * (SLOT_WORDS + 1u) + (level * frame.slot_count + slot) * frame.item_words;
+}
+
+// The first word of what a slot's traversal leaves when it is suspended.
+fn suspended_word(slot: u32) -> u32 {
+    return item_word(0u, frame.stack_capacity + EXTRA_ITEMS) + slot * frame.suspended_words;
 }
 
 const HIT_BACK: u32 = 1u; // in a hit's last component, which has room for more
@@ -40,7 +51,7 @@ const WORDS_AT_ONCE: u32 = 5u;
 alias Words = array<vec4u, WORDS_AT_ONCE>;
 
 // The first `count` of them.
-fn store_words(plane: u32, place: u32, words: Words, count: u32) {
+fn store_words(first: u32, words: Words, count: u32) {
     let end = count + frame.zero;
     for (var k = 0u; k < end; k++) {
         var word = words[0];
@@ -48,15 +59,15 @@ fn store_words(plane: u32, place: u32, words: Words, count: u32) {
         word = select(word, words[2], k == 2u);
         word = select(word, words[3], k == 3u);
         word = select(word, words[4], k == 4u);
-        store_word(plane + k, place, word);
+        state[first + k] = word;
     }
 }
 
-fn load_words(plane: u32, place: u32, count: u32) -> Words {
+fn load_words(first: u32, count: u32) -> Words {
     var words: Words;
     let end = count + frame.zero;
     for (var k = 0u; k < end; k++) {
-        let word = load_word(plane + k, place);
+        let word = state[first + k];
         words[0] = select(words[0], word, k == 0u);
         words[1] = select(words[1], word, k == 1u);
         words[2] = select(words[2], word, k == 2u);
@@ -66,7 +77,7 @@ fn load_words(plane: u32, place: u32, count: u32) -> Words {
     return words;
 }
 
-// The words of a slot, of a place on the list, and of an item on the slot's stack.
+// What a kernel takes up of a slot: its words, that of its place on the list, and those of an item on its stack.
 struct SlotState {
     radiance: vec4u,
     counts: vec4u,
@@ -74,22 +85,30 @@ struct SlotState {
     item: array<vec4u, ITEM_WORDS>,
 }
 
+// Which of them is which.
+const RADIANCE_WORD: u32 = 0u;
+const COUNTS_WORD: u32 = 1u;
+const HIT_WORD: u32 = 2u;
+const FIRST_ITEM_WORD: u32 = 3u;
+
+const_assert HIT_WORD == SLOT_WORDS;
 const_assert ITEM_WORDS == 4u; // those that load_state names
 
-// Those of the planes from `first` on, up to before `end`, which is frame.state_planes at most.
+// Those from `first` on, up to before `end`.
 fn load_state(first: u32, end: u32, slot: u32, index: u32, level: u32) -> SlotState {
     var loaded: SlotState;
-    for (var plane = first; plane < end; plane++) {
-        let place = select(slot, index, plane == HIT_PLANE);
-        let above = select(0u, level * ITEM_WORDS, plane >= STACK_PLANE);
-        let word = load_word(plane + above, place);
-        loaded.radiance = select(loaded.radiance, word, plane == RADIANCE_PLANE);
-        loaded.counts = select(loaded.counts, word, plane == COUNTS_PLANE);
-        loaded.hit = select(loaded.hit, word, plane == HIT_PLANE);
-        loaded.item[0] = select(loaded.item[0], word, plane == STACK_PLANE);
-        loaded.item[1] = select(loaded.item[1], word, plane == STACK_PLANE + 1u);
-        loaded.item[2] = select(loaded.item[2], word, plane == STACK_PLANE + 2u);
-        loaded.item[3] = select(loaded.item[3], word, plane == STACK_PLANE + 3u);
+    let of_slot = slot_word(slot);
+    let of_hit = hit_word(index);
+    let of_item = item_word(slot, level) - FIRST_ITEM_WORD;
+    for (var k = first; k < end; k++) {
+        let word = state[select(select(of_item + k, of_hit, k == HIT_WORD), of_slot + k, k < HIT_WORD)];
+        loaded.radiance = select(loaded.radiance, word, k == RADIANCE_WORD);
+        loaded.counts = select(loaded.counts, word, k == COUNTS_WORD);
+        loaded.hit = select(loaded.hit, word, k == HIT_WORD);
+        loaded.item[0] = select(loaded.item[0], word, k == FIRST_ITEM_WORD);
+        loaded.item[1] = select(loaded.item[1], word, k == FIRST_ITEM_WORD + 1u);
+        loaded.item[2] = select(loaded.item[2], word, k == FIRST_ITEM_WORD + 2u);
+        loaded.item[3] = select(loaded.item[3], word, k == FIRST_ITEM_WORD + 3u);
     }
     return loaded;
 }

@@ -8,7 +8,7 @@ var<private> lost: f32;
 var<private> negligible: f32;
 var<private> negligible_code: u32;
 
-// A sample to be taken. An order of the host lies in RADIANCE_PLANE until its sample has begun; without any, slots take the first
+// A sample to be taken. An order of the host lies in RADIANCE_WORD until its sample has begun; without any, slots take the first
 // samples of a batch's pixels.
 struct Order {
     pixel: vec2u, // in the window

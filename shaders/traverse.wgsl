@@ -10,16 +10,12 @@ var<private> steps: u32;
 var<private> suspended: bool; // the ray last traced, which is also the next
 var<private> traversal_slot: u32; // whose storage it is
 
-fn suspended_plane(word: u32) -> u32 {
-    return item_plane(frame.stack_capacity + EXTRA_ITEMS) + word;
-}
-
 // Groups of a traversal's stack that lie in variables: the uppermost.
 const STACK_VARIABLES: u32 = 4u;
 
 // Of the groups below them, two in a word.
-fn below_plane(k: u32) -> u32 {
-    return suspended_plane(SUSPENDED_HEAD + k / 2u);
+fn below_word(k: u32) -> u32 {
+    return suspended_word(traversal_slot) + SUSPENDED_HEAD + k / 2u;
 }
 
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
@@ -62,7 +58,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     var group = vec2u(0u, 0x80000000u);
     if (HAS_LONG_RAYS) {
         if (suspended) {
-            let words = load_words(suspended_plane(0u), traversal_slot, TRAVERSAL_WORDS);
+            let words = load_words(suspended_word(traversal_slot), TRAVERSAL_WORDS);
             hit = hit_of_word(words[0]);
             if (HAS_INSTANCES) {
                 met = met_of_word(words[0]);
@@ -81,7 +77,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
             third = words[3].xy;
             fourth = words[3].zw;
             for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
-                let pair = load_word(below_plane(k), traversal_slot);
+                let pair = state[below_word(k)];
                 below[k] = pair.xy;
                 below[k + 1u] = pair.zw;
             }
@@ -95,9 +91,9 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 if (HAS_INSTANCES) {
                     words[1] = vec4u(group, height | (entered_height << SUSPENDED_ENTERED_SHIFT), within);
                 }
-                store_words(suspended_plane(0u), traversal_slot, words, TRAVERSAL_WORDS);
+                store_words(suspended_word(traversal_slot), words, TRAVERSAL_WORDS);
                 for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
-                    store_word(below_plane(k), traversal_slot, vec4u(below[k], below[k + 1u]));
+                    state[below_word(k)] = vec4u(below[k], below[k + 1u]);
                 }
                 suspended = true;
                 break;

@@ -48,9 +48,10 @@ struct Frame {
     camera_media: vec2u, // what the camera is in: media.wgsl
     zero: u32, // always 0, which compilers can't know: precise.wgsl, state.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
-    state_planes: u32, // that load_state goes through at most: STACK_PLANE, and the words of an item that are in use
+    item_words: u32, // of an item on the ray stack, as many as are in use: the last one only where a ray may have media, or holes behind it
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
+    suspended_words: u32, // that a slot's traversal leaves when it is suspended: state.wgsl
     branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
@@ -179,13 +180,21 @@ struct Slot {
     dropped_budget: u32,
 }
 
-// How many entries a list has: the arguments of an indirect dispatch over it, and the length itself.
+// How many entries a list has: the arguments of an indirect dispatch over it, and the lengths of its parts.
 struct WorkList {
-    workgroups: atomic<u32>,
-    workgroups_y: u32, // 1
+    workgroups: atomic<u32>, // of the longest part
+    parts: u32, // LIST_PARTS
     workgroups_z: u32, // 1
-    length: atomic<u32>,
+    unused: u32,
+    lengths: array<PartLength, LIST_PARTS>,
 }
+
+// Far enough from the next that two threads of a processor don't wait for each other: a cache line.
+struct PartLength {
+    @size(64) entries: atomic<u32>,
+}
+
+const LIST_PARTS: u32 = 16u;
 
 // What the probe kernel traces, and what it finds.
 struct ProbeRay {

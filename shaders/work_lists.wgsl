@@ -26,25 +26,27 @@ fn entry_level(entry: u32) -> u32 {
 
 const LIST_WORKGROUP: u32 = 64u;
 
-var<workgroup> kept: atomic<u32>;
-var<workgroup> first_place: u32;
+// Of the next list, by the parts of it, in words of list_in.
+const LENGTHS_WORD: u32 = 1u;
+const PART_WORDS: u32 = 4u;
 
-// Puts the entries of a workgroup on the next list, side by side. All of its lanes have to come here.
-fn append(entry: u32, lane: u32) {
-    var place = 0u;
-    if (entry != NO_ENTRY) {
-        place = atomicAdd(&kept, 1u);
+// How many entries a part of the list has.
+fn part_length(part: u32) -> u32 {
+    return list_in[LENGTHS_WORD + part * PART_WORDS].x;
+}
+
+// Where an entry lies: parts take turns, a workgroup each.
+fn place_in_list(part: u32, place: u32) -> u32 {
+    return (place / LIST_WORKGROUP * LIST_PARTS + part) * LIST_WORKGROUP + place % LIST_WORKGROUP;
+}
+
+// Puts an entry on the next list.
+fn append(entry: u32, part: u32) {
+    let place = atomicAdd(&list_out.lengths[part].entries, 1u);
+    if (place % LIST_WORKGROUP == 0u) {
+        atomicMax(&list_out.workgroups, place / LIST_WORKGROUP + 1u);
     }
-    workgroupBarrier();
-    if (lane == 0u) {
-        let count = atomicLoad(&kept);
-        first_place = atomicAdd(&list_out.length, count);
-        atomicMax(&list_out.workgroups, (first_place + count + LIST_WORKGROUP - 1u) / LIST_WORKGROUP);
-    }
-    workgroupBarrier();
-    if (entry != NO_ENTRY) {
-        queue_out[first_place + place] = entry;
-    }
+    queue_out[place_in_list(part, place)] = entry;
 }
 
 // What a traced ray has found.
@@ -56,7 +58,7 @@ struct Traced {
 const TRACED_SUSPENDED: u32 = 2u; // beside HIT_BACK
 
 fn store_hit(index: u32, hit: Hit, suspended_: bool) {
-    store_word(HIT_PLANE, index, word_of_hit(hit) | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended_)));
+    state[hit_word(index)] = word_of_hit(hit) | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended_));
 }
 
 fn traced_of(word: vec4u) -> Traced {

@@ -15,6 +15,7 @@ use raytree_scene::model::Background;
 use crate::{
     batch::{Batch, TILE_PIXELS, Tiling, spreading_stride},
     error::RenderError,
+    plan::SLOT_WORDS,
     render::{Prepared, Progress, Taken},
     statistics::{Counters, Dropped},
     types::{Frame, Slot},
@@ -208,11 +209,11 @@ impl Sampling<'_> {
             ..
         } = self.prepared;
         let placing = Placing::of(orders.len());
-        let words: Vec<[u32; 4]> = (0..orders.len())
+        let words: Vec<[[u32; 4]; SLOT_WORDS as usize]> = (0..orders.len())
             .map(|slot| {
                 let order = orders[placing.order_of(slot)];
                 let [x, y] = self.pattern.offset(order.sample).map(f32::to_bits);
-                [order.pixel, x, y, order.negligible.code()]
+                [[order.pixel, x, y, order.negligible.code()], [0; 4]]
             })
             .collect();
         wavefront.write(device, "state", cast_slice(&words));

@@ -1,5 +1,7 @@
 //! Numbers that host and shaders have to agree on and that only this crate can see. The others: `tests/shaders.rs`.
 
+use std::mem::offset_of;
+
 use naga::{Expression, Literal, Module};
 
 use crate::{
@@ -7,15 +9,15 @@ use crate::{
     batch::TILE_PIXELS,
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
     instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
-    pass::ITEM_BYTES,
     plan::{
-        CAMERA_LEVEL, EXTRA_ITEMS, MOST_LEVELS, MOST_SLOTS, STACK_PLANE, STACK_VARIABLES,
-        SUSPENDED_HEAD,
+        CAMERA_LEVEL, EXTRA_ITEMS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
+        STACK_VARIABLES, SUSPENDED_HEAD,
     },
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
+    types::{LIST_PARTS, PartLength, WorkList},
     upload,
-    wavefront::recorded_rays::{ENTRY_SUSPENDED, HIT_PLANE, ITEM_KIND, LIGHTS, SHADOW, T_MAX},
+    wavefront::recorded_rays::{ENTRY_SUSPENDED, ITEM_KIND, LIGHTS, SHADOW, T_MAX},
 };
 
 fn shaders() -> Module {
@@ -48,14 +50,6 @@ fn float(module: &Module, name: &str) -> f32 {
 }
 
 #[test]
-fn a_work_item_has_as_many_bytes() {
-    assert_eq!(
-        u64::from(constant(&shaders(), "ITEM_WORDS")) * 16,
-        ITEM_BYTES
-    );
-}
-
-#[test]
 fn an_instance_is_read_as_it_is_written() {
     let module = shaders();
     assert_eq!(constant(&module, "INSTANCE_WORDS") as usize, INSTANCE_WORDS);
@@ -79,7 +73,8 @@ fn a_slot_has_room_for_what_a_dispatch_leaves() {
     assert_eq!(constant(&shaders(), "EXTRA_ITEMS"), EXTRA_ITEMS);
     assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
     assert_eq!(constant(&shaders(), "STACK_VARIABLES"), STACK_VARIABLES);
-    assert_eq!(constant(&shaders(), "STACK_PLANE"), STACK_PLANE);
+    assert_eq!(constant(&shaders(), "SLOT_WORDS"), SLOT_WORDS);
+    assert_eq!(constant(&shaders(), "ITEM_WORDS"), ITEM_WORDS);
 }
 
 #[test]
@@ -91,6 +86,15 @@ fn an_entry_of_a_list_has_room_for_slot_and_level() {
     assert_eq!(constant("CAMERA_LEVEL"), CAMERA_LEVEL);
     assert_eq!(MOST_LEVELS, CAMERA_LEVEL, "levels are below");
     assert_eq!(constant("LIST_WORKGROUP"), TILE_PIXELS);
+    assert_eq!(constant("LIST_PARTS"), LIST_PARTS);
+    assert_eq!(
+        constant("LENGTHS_WORD") as usize * 16,
+        offset_of!(WorkList, lengths)
+    );
+    assert_eq!(
+        constant("PART_WORDS") as usize * 16,
+        size_of::<PartLength>()
+    );
 }
 
 #[test]
@@ -113,7 +117,6 @@ fn a_highlight_is_left_out_of_the_same_surfaces() {
 fn recorded_rays_are_read_as_they_are_written() {
     let module = shaders();
     for (name, value) in [
-        ("HIT_PLANE", HIT_PLANE),
         ("ENTRY_SUSPENDED", ENTRY_SUSPENDED),
         ("ITEM_KIND", ITEM_KIND),
         ("SHADOW", SHADOW),

@@ -10,8 +10,8 @@ use raytree_scene::model::Scene;
 use crate::{
     device::{Device, DeviceInfo},
     error::RenderError,
-    pass::{ITEM_BYTES, Work},
-    plan::STACK_PLANE,
+    pass::Work,
+    plan::{ITEM_WORDS, SLOT_WORDS, WORD_BYTES},
     program::{Kernel, ProgramFeatures},
     settings::Shading,
     source::Limits,
@@ -81,7 +81,7 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), R
     let device = Device::like(info)?;
     let work = Work {
         slots: 64,
-        slot_bytes: ITEM_BYTES + 16 * u64::from(STACK_PLANE),
+        slot_bytes: WORD_BYTES * u64::from(SLOT_WORDS + ITEM_WORDS),
         samples: &[],
     };
     let (scene, bvh) = (Scene::default(), Bvh::default());

@@ -18,9 +18,6 @@ use crate::{
     upload::{GpuScene, decoded_srgb},
 };
 
-/// A work item on the ray stack (`shaders/ray_stack.wgsl`).
-pub(crate) const ITEM_BYTES: u64 = 64;
-
 /// What a kernel is to do at once: sizes and contents of the buffers that are not the scene's.
 pub(crate) struct Work<'a> {
     /// Pixels or rays.

@@ -14,7 +14,7 @@ use crate::{
     camera::set_camera,
     device::Device,
     error::RenderError,
-    pass::{ITEM_BYTES, Work},
+    pass::Work,
     program::{Feature, ProgramFeatures},
     render::Progress,
     settings::RenderSettings,
@@ -25,8 +25,15 @@ use crate::{
     wavefront::STEP_BUDGET,
 };
 
-/// Of the same name in `shaders/state.wgsl`.
-pub(crate) const STACK_PLANE: u32 = 3;
+/// Bytes of a word of the state.
+pub(crate) const WORD_BYTES: u64 = 16;
+
+/// What a slot takes in it beside its stack: of the same names in `shaders/state.wgsl`.
+pub(crate) const SLOT_WORDS: u32 = 2;
+pub(crate) const HIT_WORDS: u32 = 1;
+
+/// A work item on the ray stack, at most; of the same name there.
+pub(crate) const ITEM_WORDS: u32 = 4;
 
 /// What a batch may take.
 #[derive(Clone, Copy, Debug)]
@@ -139,15 +146,18 @@ impl Plan {
             .saturating_mul(depth)
             .saturating_add(1)
             .min(MOST_LEVELS - EXTRA_ITEMS);
-        let mut slot_bytes =
-            u64::from(stack_capacity + EXTRA_ITEMS) * ITEM_BYTES + 16 * u64::from(STACK_PLANE);
-        if features.has(Feature::LongRays) {
+        let item_words = item_words(features);
+        let suspended_words = if features.has(Feature::LongRays) {
             let below = Limits::for_depth(bvh.depth).traversal_stack - STACK_VARIABLES;
-            let words = SUSPENDED_HEAD + below.div_ceil(2);
-            slot_bytes += 16 * u64::from(words);
+            SUSPENDED_HEAD + below.div_ceil(2)
         } else if features.has(Feature::Contact) {
-            slot_bytes += 16 * u64::from(SUSPENDED_HEAD);
-        }
+            SUSPENDED_HEAD
+        } else {
+            0
+        };
+        let stack_words = (stack_capacity + EXTRA_ITEMS) * item_words;
+        let slot_words = SLOT_WORDS + HIT_WORDS + stack_words + suspended_words;
+        let slot_bytes = WORD_BYTES * u64::from(slot_words);
         let batch_pixels = settings.batch_pixels.unwrap_or(room.pixels).min(MOST_SLOTS);
         let slots = (room.state_bytes / slot_bytes).min(u64::from(batch_pixels)) as u32;
         let tiles_at_once = (slots / TILE_PIXELS).max(1);
@@ -169,7 +179,8 @@ impl Plan {
             window_size: [region.width, region.height],
             tile_columns: tiling.columns,
             stack_capacity,
-            state_planes: STACK_PLANE + item_words(features),
+            item_words,
+            suspended_words,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
             ..gpu.frame()
@@ -248,11 +259,10 @@ impl Plan {
 
 /// Words of a stacked item that are in use: its last one holds the ray's media, and where it goes on behind a hole.
 fn item_words(features: ProgramFeatures) -> u32 {
-    let all = (ITEM_BYTES / 16) as u32;
     if features.has(Feature::Solids) || features.has(Feature::Mask) {
-        all
+        ITEM_WORDS
     } else {
-        all - 1
+        ITEM_WORDS - 1
     }
 }
 

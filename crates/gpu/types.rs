@@ -3,6 +3,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::batch::TILE_PIXELS;
+
 /// How many media the stack of a ray can tell apart.
 pub const MEDIA: usize = 255;
 
@@ -72,10 +74,10 @@ pub struct Frame {
     pub camera_media: [u32; 2],
     pub zero: u32,
     pub tolerance: f32,
-    pub state_planes: u32,
+    pub item_words: u32,
     pub texture_kinds: u32,
     pub negligible: u32,
-    pub padding: u32,
+    pub suspended_words: u32,
     pub branch_mean: [f32; 3],
     pub light_share: f32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],
@@ -195,19 +197,52 @@ pub struct Slot {
 #[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
 pub struct WorkList {
     pub workgroups: u32,
-    pub workgroups_y: u32,
+    pub parts: u32,
     pub workgroups_z: u32,
-    pub length: u32,
+    pub unused: u32,
+    pub lengths: [PartLength; LIST_PARTS as usize],
 }
+
+/// How many entries a part of a list has.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "explained in shaders/types.wgsl")]
+pub struct PartLength {
+    pub entries: u32,
+    pub padding: [u32; 15],
+}
+
+/// Of the same name in `shaders/types.wgsl`.
+pub const LIST_PARTS: u32 = 16;
 
 impl WorkList {
     /// Without entries.
     pub const EMPTY: Self = Self {
         workgroups: 0,
-        workgroups_y: 1,
+        parts: LIST_PARTS,
         workgroups_z: 1,
-        length: 0,
+        unused: 0,
+        lengths: [PartLength {
+            entries: 0,
+            padding: [0; 15],
+        }; LIST_PARTS as usize],
     };
+
+    /// Where entries lie in its queue, part by part: `place_in_list` of `shaders/work_lists.wgsl`.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        let lengths = self.lengths.map(|part| part.entries);
+        lengths.into_iter().zip(0..).flat_map(|(length, part)| {
+            let place =
+                move |k| (k / TILE_PIXELS * LIST_PARTS + part) * TILE_PIXELS + k % TILE_PIXELS;
+            (0..length).map(move |k| place(k) as usize)
+        })
+    }
+
+    /// Entries of all parts.
+    #[must_use]
+    pub fn length(&self) -> u32 {
+        self.lengths.iter().map(|part| part.entries).sum()
+    }
 }
 
 /// A ray for the probe kernel.

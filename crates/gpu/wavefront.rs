@@ -49,6 +49,9 @@ const FIRST_ITERATIONS: u32 = 8;
 /// Bytes that are read back after each submission: counters, and the length of the list.
 const REPORT_BYTES: u64 = 4 * COUNTERS as u64 + size_of::<WorkList>() as u64;
 
+/// How many workgroups a dispatch has, in three dimensions: the beginning of a [`WorkList`].
+const ARGUMENTS_BYTES: u64 = 12;
+
 /// The kernels of a picture with their resources.
 pub(crate) struct Wavefront {
     camera_rays: Bound,
@@ -192,7 +195,7 @@ impl Wavefront {
             camera_rays,
             trace_rays,
             shade_hits,
-            arguments: buffer("arguments", list_bytes, BufferUsages::INDIRECT),
+            arguments: buffer("arguments", ARGUMENTS_BYTES, BufferUsages::INDIRECT),
             empty,
             reports: [(); 2].map(|()| buffer("report", REPORT_BYTES, BufferUsages::MAP_READ)),
             in_flight: Cell::new(None),
@@ -325,7 +328,7 @@ impl Wavefront {
     fn iterate(&self, encoder: &mut CommandEncoder, reads: usize) {
         let list = |binding| self.resources.buffer(&resource_name(binding, reads));
         let size = size_of::<WorkList>() as u64;
-        encoder.copy_buffer_to_buffer(list("list_in"), 0, &self.arguments, 0, size);
+        encoder.copy_buffer_to_buffer(list("list_in"), 0, &self.arguments, 0, ARGUMENTS_BYTES);
         // Not by a kernel: over an empty list none runs.
         encoder.copy_buffer_to_buffer(&self.empty, 0, list("list_out"), 0, size);
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
@@ -383,7 +386,7 @@ impl Wavefront {
             let (counts, list) = bytes.split_at(4 * COUNTERS);
             let list: WorkList = pod_read_unaligned(list);
             Done {
-                left: list.length,
+                left: list.length(),
                 iterations: counters.add(cast_slice(counts)),
             }
         })
@@ -393,18 +396,12 @@ impl Wavefront {
     pub(crate) fn fetch_slots(&self, device: &Device, count: u32) -> SlotsComing {
         let state = self.resources.buffer("state");
         let size = u64::from(count) * size_of::<Slot>() as u64;
-        SlotsComing {
-            bytes: ComingBack::begin(device, state, size),
-            count: count as usize,
-        }
+        SlotsComing(ComingBack::begin(device, state, size))
     }
 }
 
-/// Slots on their way to the host: the first two planes (`shaders/state.wgsl`).
-pub(crate) struct SlotsComing {
-    bytes: ComingBack,
-    count: usize,
-}
+/// Slots on their way to the host.
+pub(crate) struct SlotsComing(ComingBack);
 
 impl SlotsComing {
     /// Waits until they are there, and gives them one after the other.
@@ -413,17 +410,8 @@ impl SlotsComing {
         device: &Device,
         mut take: impl FnMut(usize, Slot),
     ) -> Result<(), DeviceError> {
-        self.bytes.wait(device, |bytes| {
-            let words: &[[u32; 4]] = cast_slice(bytes);
-            let (radiance, counts) = words.split_at(self.count);
-            for (index, (radiance, counts)) in radiance.iter().zip(counts).enumerate() {
-                let slot = Slot {
-                    radiance: radiance.map(f32::from_bits),
-                    rays: counts[0],
-                    common_rays: counts[1],
-                    dropped_storage: counts[2],
-                    dropped_budget: counts[3],
-                };
+        self.0.wait(device, |bytes| {
+            for (index, &slot) in cast_slice(bytes).iter().enumerate() {
                 take(index, slot);
             }
         })

@@ -15,11 +15,9 @@ fn has_camera_ray(slot: u32) -> bool {
 @compute @workgroup_size(64)
 fn camera_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let slot = workgroup.x * 64u + lane;
-    var entry = NO_ENTRY;
     if (has_camera_ray(slot)) {
         count(PRIMARY_RAYS);
-        entry = entry_of(slot, CAMERA_LEVEL);
+        append(entry_of(slot, CAMERA_LEVEL), workgroup.x % LIST_PARTS);
     }
-    append(entry, lane);
     add_up_counters();
 }

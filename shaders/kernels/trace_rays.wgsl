@@ -1,24 +1,26 @@
 // Traces the ray on top of the stack of every slot on the list.
 
 @compute @workgroup_size(64)
-fn trace_rays(@builtin(global_invocation_id) invocation: vec3u) {
-    let index = invocation.x;
+fn trace_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let part = workgroup.y;
+    let place = workgroup.x * LIST_WORKGROUP + lane;
+    let index = place_in_list(part, place);
     if (index == 0u) {
         atomicAdd(&counters[ITERATIONS], 1u);
     }
-    if (index >= list_in.w) {
+    if (place >= part_length(part)) {
         return;
     }
     let entry = queue_in[index];
     let slot = entry_slot(entry);
     let level = entry_level(entry);
     let is_camera = level == CAMERA_LEVEL;
-    var first = STACK_PLANE;
-    var end = select(frame.state_planes, STACK_PLANE, is_camera);
+    var first = FIRST_ITEM_WORD;
+    var end = select(FIRST_ITEM_WORD + frame.item_words, FIRST_ITEM_WORD, is_camera);
     if (HAS_TOLERANCE) {
         // The order of its sample.
-        first = select(first, RADIANCE_PLANE, is_camera);
-        end = select(end, RADIANCE_PLANE + 1u, is_camera);
+        first = select(first, RADIANCE_WORD, is_camera);
+        end = select(end, RADIANCE_WORD + 1u, is_camera);
     }
     let loaded = load_state(first, end, slot, index, level);
     var ray = item_of(loaded.item);

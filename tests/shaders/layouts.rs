@@ -57,7 +57,7 @@ fn on_host() -> Vec<Layout> {
             triangle_count background background_kind branch_bound order_count
             picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance state_planes texture_kinds negligible padding branch_mean light_share
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible suspended_words branch_mean light_share
             environment
         }
         LeafTriangle { vertices entry }
@@ -72,7 +72,8 @@ fn on_host() -> Vec<Layout> {
         }
         Medium { absorption ior priority unused_0 unused_1 unused_2 }
         Slot { radiance rays common_rays dropped_storage dropped_budget }
-        WorkList { workgroups workgroups_y workgroups_z length }
+        WorkList { workgroups parts workgroups_z unused lengths }
+        PartLength { entries padding }
         ProbeRay { origin t_max direction shadow }
         ProbeHit { t u v triangle }
         SecondaryRay { origin leaving direction unused_0 next unused_1 }

@@ -175,7 +175,7 @@ pub const MARKS: &[Marks] = &[
     marks(
         Feature::LongRays,
         &[
-            "below_plane",
+            "below_word",
             "suspended",
             "Frame.step_budget",
             "traversal_slot",

@@ -10,18 +10,16 @@ use crate::{
     batch::{Batch, TILE_PIXELS},
     device::{Device, DeviceError},
     error::RenderError,
-    pass::ITEM_BYTES,
     piece::{Piece, PieceCall, PieceResult, evaluate},
     pipeline::mapped,
-    plan::{CAMERA_LEVEL, MOST_SLOTS, STACK_PLANE},
+    plan::{CAMERA_LEVEL, HIT_WORDS, ITEM_WORDS, MOST_SLOTS, SLOT_WORDS, WORD_BYTES},
     program::Feature,
     render::Prepared,
     statistics::Counters,
-    types::{Frame, ProbeHit, ProbeRay},
+    types::{Frame, ProbeHit, ProbeRay, WorkList},
 };
 
-// Of the same names in `state.wgsl`, `work_lists.wgsl` and `ray_stack.wgsl` under `shaders/`.
-pub(crate) const HIT_PLANE: u32 = 2;
+// Of the same names in `work_lists.wgsl` and `ray_stack.wgsl` under `shaders/`.
 pub(crate) const ENTRY_SUSPENDED: u32 = 1 << 30;
 pub(crate) const ITEM_KIND: u32 = 3;
 pub(crate) const SHADOW: u32 = 1;
@@ -33,11 +31,8 @@ pub(crate) const T_MAX: f32 = 1e30;
 /// How far behind a hole a ray goes on that does not know what it has passed, in lengths of the scene's diagonal.
 const BEHIND_HOLES: f64 = 1e-6;
 
-/// A slot's word in a plane of the state.
-type Word = [u32; 4];
-
-/// Words, and so planes, of an item.
-const ITEM_WORDS: u32 = ITEM_BYTES as u32 / size_of::<Word>() as u32;
+/// Of the state.
+type Word = [u32; WORD_BYTES as usize / 4];
 
 type Item = [Word; ITEM_WORDS as usize];
 
@@ -137,6 +132,13 @@ impl Prepared<'_> {
     }
 }
 
+/// An entry of a list.
+struct Traced {
+    /// Where it lies.
+    place: usize,
+    ray: Option<usize>,
+}
+
 /// A picture's recording so far.
 struct Recorder<'p> {
     device: &'p Device,
@@ -161,7 +163,7 @@ impl Recorder<'_> {
         let mut reads = 0;
         let mut length = self.report(encoder, reads)?;
         while length > 0 {
-            let traced = self.begin(frame, reads, length)?;
+            let traced = self.begin(frame, reads)?;
             let mut encoder = wavefront.recording(device);
             wavefront.iterate(&mut encoder, reads);
             reads = 1 - reads;
@@ -178,38 +180,45 @@ impl Recorder<'_> {
         Ok(done.left)
     }
 
-    /// Before the iteration that reads list `reads`: which ray is traced for each of its entries, if any.
-    fn begin(
-        &mut self,
-        frame: &Frame,
-        reads: usize,
-        length: u32,
-    ) -> Result<Vec<Option<usize>>, DeviceError> {
+    /// Before the iteration that reads list `reads`: where its entries lie, and which ray is traced for each, if any.
+    fn begin(&mut self, frame: &Frame, reads: usize) -> Result<Vec<Traced>, DeviceError> {
+        let list = resource_name("list_in", reads);
+        let list = self.read(&list, 0, 1, |lists: &[WorkList]| lists[0])?;
         let queue = resource_name("queue_in", reads);
-        let entries: Vec<u32> = self.read(&queue, 0, length, <[u32]>::to_vec)?;
+        let entries: Vec<(usize, u32)> = self.read(&queue, 0, frame.slot_count, |queue| {
+            let places = list.places();
+            places.map(|place| (place, queue[place])).collect()
+        })?;
         let stored = |level: &u32| *level != CAMERA_LEVEL;
-        let levels = || entries.iter().map(|entry| level(*entry)).filter(stored);
+        let levels = || entries.iter().map(|entry| level(entry.1)).filter(stored);
         let lowest = levels().min().unwrap_or(0);
-        let planes = (levels().max().unwrap_or(0) + 1 - lowest) * ITEM_WORDS;
-        let stride = frame.slot_count as usize;
+        let count = levels().max().unwrap_or(0) + 1 - lowest;
+        // Level by level, those of all slots side by side.
+        let of_level = frame.slot_count * frame.item_words;
         let items: Vec<Item> = self.read(
             "state",
-            (STACK_PLANE + lowest * ITEM_WORDS) * frame.slot_count,
-            planes * frame.slot_count,
+            frame.slot_count * (SLOT_WORDS + HIT_WORDS) + lowest * of_level,
+            count * of_level,
             |words: &[Word]| {
-                let item = |&entry: &u32| {
-                    if level(entry) == CAMERA_LEVEL {
-                        return Item::default();
+                let item = |&(_, entry): &(usize, u32)| {
+                    let mut item = Item::default();
+                    if level(entry) != CAMERA_LEVEL {
+                        let above = ((level(entry) - lowest) * frame.slot_count) as usize;
+                        let used = frame.item_words as usize;
+                        item[..used]
+                            .copy_from_slice(&words[(above + slot(entry)) * used..][..used]);
                     }
-                    let plane = ((level(entry) - lowest) * ITEM_WORDS) as usize;
-                    std::array::from_fn(|word| words[(plane + word) * stride + slot(entry)])
+                    item
                 };
                 entries.iter().map(item).collect()
             },
         )?;
         let traced = entries.into_iter().zip(items);
         Ok(traced
-            .map(|(entry, item)| self.trace(entry, item))
+            .map(|((place, entry), item)| Traced {
+                place,
+                ray: self.trace(entry, item),
+            })
             .collect())
     }
 
@@ -233,12 +242,12 @@ impl Recorder<'_> {
     }
 
     /// After it: what they have hit, or hit so far.
-    fn end(&mut self, frame: &Frame, traced: &[Option<usize>]) -> Result<(), DeviceError> {
-        let first = HIT_PLANE * frame.slot_count;
-        let hits = self.read("state", first, traced.len() as u32, <[Word]>::to_vec)?;
-        for (ray, hit) in traced.iter().zip(hits) {
-            if let Some(ray) = *ray {
-                self.recorded.triangles[ray] = hit[1];
+    fn end(&mut self, frame: &Frame, traced: &[Traced]) -> Result<(), DeviceError> {
+        let first = frame.slot_count * SLOT_WORDS;
+        let hits = self.read("state", first, frame.slot_count, <[Word]>::to_vec)?;
+        for traced in traced {
+            if let Some(ray) = traced.ray {
+                self.recorded.triangles[ray] = hits[traced.place][1];
             }
         }
         Ok(())
