@@ -1,6 +1,10 @@
 // Which pixels have a ray to trace. One iteration traces the rays of a list and shades what they hit; pixels that have a ray left
 // are put on the next iteration's list, so that vectors of lanes stay full however their trees differ. In what order they come
 // there does not matter: a pixel's sum is its own.
+//
+// A list has parts, each with a length of its own. A dispatch has a row of workgroups for each; a processor's threads take rows, and so
+// add to different lengths, one entry after the other. So nobody waits for anybody: a barrier in a workgroup costs lavapipe a memory fence
+// and a coroutine. A slot stays in its part; parts have slots from all over the picture, and so about as much to do.
 
 const NO_ENTRY: u32 = 0xffffffffu;
 
@@ -26,7 +30,7 @@ fn entry_level(entry: u32) -> u32 {
 
 const LIST_WORKGROUP: u32 = 64u;
 
-// Of the next list, by the parts of it, in words of list_in.
+// Where the lengths begin in list_in, and how far apart they are, in its words.
 const LENGTHS_WORD: u32 = 1u;
 const PART_WORDS: u32 = 4u;
 

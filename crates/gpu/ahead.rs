@@ -1,8 +1,15 @@
-//! Compiling ahead: lavapipe compiles a kernel at its first dispatch, on the thread of the device's queue. So that the largest
-//! kernel is compiled while hierarchy, buffers and the other kernels are made, another device of the same name dispatches it
-//! first; the driver's cache on disk hands the result over.
+//! What a picture needs of the driver, begun while its hierarchy is built. On a thread, its pipelines are created. And lavapipe
+//! compiles a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then, another device
+//! of the same name dispatches it first, and the driver's cache on disk hands the result over.
 
-use std::thread::{self, JoinHandle};
+use std::{
+    collections::hash_map::DefaultHasher,
+    fs::File,
+    hash::{Hash, Hasher},
+    path::PathBuf,
+    sync::PoisonError,
+    thread::{self, JoinHandle},
+};
 
 use raytree_bvh::Bvh;
 use raytree_scene::model::Scene;
@@ -11,10 +18,11 @@ use crate::{
     device::{Device, DeviceInfo},
     error::RenderError,
     pass::Work,
+    pipeline::Pipeline,
     plan::{ITEM_WORDS, SLOT_WORDS, WORD_BYTES},
-    program::{Kernel, ProgramFeatures},
+    program::{Kernel, ProgramFeatures, assemble},
     settings::Shading,
-    source::Limits,
+    source::{Limits, SOURCE_FILES},
     upload::GpuScene,
     wavefront::compile,
 };
@@ -22,45 +30,152 @@ use crate::{
 /// The kernel that takes longest. It knows nothing of the hierarchy, so it is the same whatever the [`Limits`] are.
 const LARGEST: Kernel = Kernel::ShadeHits;
 
-/// A kernel that is being compiled.
+/// Pipelines that are being created.
 #[derive(Debug)]
-pub struct Ahead(Option<JoinHandle<()>>);
+pub(crate) struct CreatedAhead {
+    features: ProgramFeatures,
+    limits: Limits,
+    thread: JoinHandle<Result<PicturePipelines, RenderError>>,
+}
+
+/// Those of [`Kernel::PICTURE`], in its order.
+pub(crate) type PicturePipelines = [Pipeline; 3];
+
+/// What was begun ahead.
+#[derive(Debug)]
+pub struct Ahead {
+    /// A kernel that is being compiled.
+    compiling: Option<JoinHandle<()>>,
+    device: Device,
+}
 
 impl Ahead {
-    /// Begins to compile what pictures with these features need, if the driver is one that compiles so and keeps what it has
-    /// compiled, and if this device has not yet asked for it.
+    /// Begins what pictures with these features need. The driver compiles if it is one that does so at the first dispatch and keeps what it
+    /// has compiled, and if neither this device nor, by the mark that is left in its cache, another process has had it compiled.
     #[must_use]
     pub fn begin(device: &Device, features: ProgramFeatures) -> Self {
-        if !device.info().name.contains("llvmpipe") || cache_is_off() {
-            return Self(None);
+        begin_pipelines(device, features);
+        Self {
+            compiling: begin_compiling(device, features),
+            device: device.clone(),
         }
-        let first = device
-            .compiled
-            .lock()
-            .is_ok_and(|mut compiled| compiled.insert(features));
-        if !first {
-            return Self(None);
-        }
-        let info = device.info().clone();
-        let compiling = move || {
-            if let Err(error) = compile_largest(&info, features) {
-                // Whoever renders meets it again, and reports it.
-                tracing::debug!(%error, "compiling ahead failed");
-            }
-        };
-        let name = "compile ahead".to_owned();
-        Self(thread::Builder::new().name(name).spawn(compiling).ok())
     }
 }
 
 impl Drop for Ahead {
-    /// Waits until it is done: also where there is no picture after all, since a process must not end while a thread compiles.
+    /// Waits until all is done: also where there is no picture after all, since a process must not end while a thread compiles.
     fn drop(&mut self) {
-        if let Some(thread) = self.0.take() {
-            // A panic there has said so itself; rendering goes on without.
-            let _ = thread.join();
+        // A panic there has said so itself; rendering goes on without.
+        if let Some(compiling) = self.compiling.take() {
+            let _ = compiling.join();
+        }
+        if let Some(created) = take_created(&self.device) {
+            let _ = created.thread.join();
         }
     }
+}
+
+/// Unless the hierarchy is uncommonly deep, a picture takes these.
+fn begin_pipelines(device: &Device, features: ProgramFeatures) {
+    let limits = Limits::for_depth(0);
+    let on = device.clone();
+    let creating = move || create_pipelines(&on, features, limits);
+    let name = "create ahead".to_owned();
+    let Ok(thread) = thread::Builder::new().name(name).spawn(creating) else {
+        return;
+    };
+    let created = CreatedAhead {
+        features,
+        limits,
+        thread,
+    };
+    let mut slot = device
+        .created
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    let before = slot.replace(created);
+    drop(slot);
+    drop(before.map(|before| before.thread.join()));
+}
+
+/// The picture's pipelines: those that were begun ahead, if they are the same.
+pub(crate) fn picture_pipelines(
+    device: &Device,
+    features: ProgramFeatures,
+    limits: Limits,
+) -> Result<PicturePipelines, RenderError> {
+    if let Some(created) = take_created(device) {
+        let is_same = created.features == features && created.limits == limits;
+        if let (Ok(pipelines), true) = (created.thread.join(), is_same) {
+            return pipelines;
+        }
+    }
+    create_pipelines(device, features, limits)
+}
+
+fn take_created(device: &Device) -> Option<CreatedAhead> {
+    let mut slot = device
+        .created
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    slot.take()
+}
+
+fn create_pipelines(
+    device: &Device,
+    features: ProgramFeatures,
+    limits: Limits,
+) -> Result<PicturePipelines, RenderError> {
+    let create = |kernel| create_pipeline(device, kernel, features, limits);
+    let [camera_rays, trace_rays, shade_hits] = Kernel::PICTURE.map(create);
+    Ok([camera_rays?, trace_rays?, shade_hits?])
+}
+
+fn create_pipeline(
+    device: &Device,
+    kernel: Kernel,
+    features: ProgramFeatures,
+    limits: Limits,
+) -> Result<Pipeline, RenderError> {
+    let module = assemble(kernel, features, limits)?;
+    Ok(Pipeline::new(device, kernel, module)?)
+}
+
+fn begin_compiling(device: &Device, features: ProgramFeatures) -> Option<JoinHandle<()>> {
+    if !device.info().name.contains("llvmpipe") || cache_is_off() {
+        return None;
+    }
+    let info = device.info().clone();
+    let mark = mark(&info, features);
+    let first = device
+        .compiled
+        .lock()
+        .is_ok_and(|mut compiled| compiled.insert(features));
+    if !first || mark.as_ref().is_some_and(|mark| mark.exists()) {
+        return None;
+    }
+    let compiling = move || match compile_largest(&info, features) {
+        // Without a mark it is compiled ahead again: no harm.
+        Ok(()) => drop(mark.map(File::create)),
+        // Whoever renders meets it again, and reports it.
+        Err(error) => tracing::debug!(%error, "compiling ahead failed"),
+    };
+    let name = "compile ahead".to_owned();
+    thread::Builder::new().name(name).spawn(compiling).ok()
+}
+
+/// The file that says, in the driver's cache, that the kernel for these features lies there: finding out by compiling ahead takes a second
+/// device and pipeline, 70 ms of a processor. Where the driver has thrown it away since, it is compiled at its dispatch.
+fn mark(info: &DeviceInfo, features: ProgramFeatures) -> Option<PathBuf> {
+    let folder = std::env::var_os("MESA_SHADER_CACHE_DIR")?;
+    let mut hasher = DefaultHasher::new();
+    info.name.hash(&mut hasher);
+    info.driver.hash(&mut hasher);
+    features.hash(&mut hasher);
+    for file in SOURCE_FILES {
+        file.text.hash(&mut hasher);
+    }
+    Some(PathBuf::from(folder).join(format!("raytree-compiled-{:016x}", hasher.finish())))
 }
 
 /// Mesa's own switches, the newer and the older one.
@@ -86,6 +201,6 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), R
     };
     let (scene, bvh) = (Scene::default(), Bvh::default());
     let nothing = GpuScene::new(&scene, &bvh, features, Shading::default())?;
-    let given = (&nothing, &work);
-    compile(&device, LARGEST, features, Limits::for_depth(0), given)
+    let pipeline = create_pipeline(&device, LARGEST, features, Limits::for_depth(0))?;
+    compile(&device, pipeline, (&nothing, &work))
 }

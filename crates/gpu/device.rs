@@ -10,7 +10,7 @@ use wgpu::{
     InstanceDescriptor, InstanceFlags, PollError, PollType, SubmissionIndex,
 };
 
-use crate::program::ProgramFeatures;
+use crate::{ahead::CreatedAhead, program::ProgramFeatures};
 
 /// Storage buffers that the largest program binds (`shaders/bindings.wgsl`). WebGPU guarantees 8, SwiftShader has 10, other Vulkan
 /// drivers that we know have many more.
@@ -19,14 +19,16 @@ const STORAGE_BUFFERS: u32 = 10;
 /// Tables that the largest program binds, likewise.
 const TABLES: u32 = 10;
 
-/// A device to render on, with what it is called.
-#[derive(Debug)]
+/// A device to render on, with what it is called. A clone is the same device.
+#[derive(Clone, Debug)]
 pub struct Device {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     info: DeviceInfo,
     /// What was compiled ahead (`crate::ahead`).
-    pub(crate) compiled: Mutex<HashSet<ProgramFeatures>>,
+    pub(crate) compiled: Arc<Mutex<HashSet<ProgramFeatures>>>,
+    /// Pipelines that are being created ahead, for who renders next.
+    pub(crate) created: Arc<Mutex<Option<CreatedAhead>>>,
     /// The first error that wgpu reported outside of a call's own result.
     uncaptured: Arc<Mutex<Option<String>>>,
 }
@@ -245,7 +247,8 @@ impl Device {
             device,
             queue,
             info,
-            compiled: Mutex::default(),
+            compiled: Arc::default(),
+            created: Arc::default(),
             uncaptured,
         })
     }

@@ -15,13 +15,13 @@ use wgpu::{
 };
 
 use crate::{
-    ahead::Ahead,
+    ahead::{Ahead, picture_pipelines},
     batch::TILE_PIXELS,
     device::{Device, DeviceError},
     error::RenderError,
     pass::Work,
     pipeline::{ComingBack, Pipeline, Resources, Workgroups, mapped, submit},
-    program::{Feature, Kernel, ProgramFeatures, assemble},
+    program::{Feature, ProgramFeatures},
     source::Limits,
     statistics::{COUNTERS, Counters},
     types::{Frame, Slot, WorkList},
@@ -110,14 +110,10 @@ fn resource_name(binding: &str, reads: usize) -> String {
 impl Bound {
     fn new(
         device: &Device,
-        kernel: Kernel,
-        features: ProgramFeatures,
-        limits: Limits,
+        pipeline: Pipeline,
         resources: &mut Resources,
         (gpu_scene, work): (&GpuScene, &Work<'_>),
     ) -> Result<Self, RenderError> {
-        let module = assemble(kernel, features, limits)?;
-        let pipeline = Pipeline::new(device, kernel, module)?;
         for reads in [0, 1] {
             for binding in pipeline.bindings() {
                 let called = resource_name(&binding.name, reads);
@@ -143,13 +139,11 @@ impl Bound {
 /// Compiles a kernel, on drivers that do so at the first dispatch.
 pub(crate) fn compile(
     device: &Device,
-    kernel: Kernel,
-    features: ProgramFeatures,
-    limits: Limits,
+    pipeline: Pipeline,
     given: (&GpuScene, &Work<'_>),
 ) -> Result<(), RenderError> {
     let mut resources = Resources::default();
-    let bound = Bound::new(device, kernel, features, limits, &mut resources, given)?;
+    let bound = Bound::new(device, pipeline, &mut resources, given)?;
     // Its buffers hold zeros: no work.
     bound.dispatch_once(device);
     Ok(device.wait()?)
@@ -164,11 +158,12 @@ impl Wavefront {
         work: &Work<'_>,
     ) -> Result<Self, RenderError> {
         let mut resources = Resources::default();
-        let mut bound = |kernel| {
+        let mut bound = |pipeline| {
             let given = (gpu_scene, work);
-            Bound::new(device, kernel, features, limits, &mut resources, given)
+            Bound::new(device, pipeline, &mut resources, given)
         };
-        let [camera_rays, trace_rays, shade_hits] = Kernel::PICTURE.map(&mut bound);
+        let pipelines = picture_pipelines(device, features, limits)?;
+        let [camera_rays, trace_rays, shade_hits] = pipelines.map(&mut bound);
         let (camera_rays, trace_rays, shade_hits) = (camera_rays?, trace_rays?, shade_hits?);
         let buffer = |label, size, usage| {
             device.device.create_buffer(&BufferDescriptor {

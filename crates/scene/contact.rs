@@ -113,12 +113,15 @@ impl Face {
             return false;
         }
         let height = self.height.max(other.height);
+        let above = |p: DVec3| other.normal.dot(p - other.corners[0]);
+        let [a, b, c] = self.corners.map(above);
+        // What overlaps lies between the corners.
+        if a.min(b).min(c) > height || a.max(b).max(c) < -height {
+            return false;
+        }
         let overlap = Polygon::of(self).clipped_to(other);
         overlap.area(self.normal) > OVERLAP_SHARE * self.area.min(other.area)
-            && overlap
-                .0
-                .iter()
-                .any(|p| other.normal.dot(*p - other.corners[0]).abs() <= height)
+            && overlap.0.iter().any(|p| above(*p).abs() <= height)
     }
 }
 
@@ -168,29 +171,75 @@ impl Polygon {
 
 /// Boxes around faces, halved by their middles: node `k` has the children `2k + 1` and `2k + 2`, each half of its range.
 struct Tree {
-    /// (min, max) of a node; nodes that don't exist are boxes of nothing.
-    boxes: Vec<(DVec3, DVec3)>,
+    /// Nodes that don't exist have boxes of nothing.
+    nodes: Vec<Node>,
+}
+
+/// What is common to the faces below a node.
+#[derive(Clone, Copy)]
+struct Node {
+    /// (min, max) of their boxes.
+    bounds: (DVec3, DVec3),
+    /// (min, max) of their normals' components.
+    normals: (DVec3, DVec3),
+    /// The material that all of them have.
+    material: Option<u32>,
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        bounds: (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        normals: (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        material: None,
+    };
+
+    fn around(faces: &[Face]) -> Self {
+        let first = faces.first().map(|face| face.material);
+        let node = Self {
+            material: first.filter(|&first| faces.iter().all(|face| face.material == first)),
+            ..Self::EMPTY
+        };
+        faces.iter().fold(node, |node, face| Self {
+            bounds: (node.bounds.0.min(face.min), node.bounds.1.max(face.max)),
+            normals: (
+                node.normals.0.min(face.normal),
+                node.normals.1.max(face.normal),
+            ),
+            ..node
+        })
+    }
+
+    /// May any of them touch a face? If their boxes don't, or none is parallel to it, or all are the same surface, none does: as
+    /// [`Face::touches`] has it, for all at once.
+    fn may_touch(&self, face: &Face) -> bool {
+        let (min, max) = self.bounds;
+        if face.max.cmplt(min).any() || face.min.cmpgt(max).any() {
+            return false;
+        }
+        let (low, high) = (self.normals.0 * face.normal, self.normals.1 * face.normal);
+        let least = low.min(high).element_sum();
+        let most = low.max(high).element_sum();
+        let same_surface = self.material == Some(face.material) && least > 0.0;
+        !same_surface && (most >= COSINE || least <= -COSINE)
+    }
 }
 
 impl Tree {
     fn build(faces: &mut [Face]) -> Self {
         let levels = faces.len().div_ceil(LEAF_SIZE).next_power_of_two().ilog2() + 1;
-        let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut tree = Self {
-            boxes: vec![nothing; (1 << levels) - 1],
+            nodes: vec![Node::EMPTY; (1 << levels) - 1],
         };
         tree.fill(0, faces);
         tree
     }
 
     fn fill(&mut self, node: usize, faces: &mut [Face]) {
-        if node >= self.boxes.len() || faces.is_empty() {
+        if node >= self.nodes.len() || faces.is_empty() {
             return;
         }
-        let bounds = faces.iter().fold(self.boxes[node], |(min, max), face| {
-            (min.min(face.min), max.max(face.max))
-        });
-        self.boxes[node] = bounds;
+        self.nodes[node] = Node::around(faces);
+        let bounds = self.nodes[node].bounds;
         let axis = (bounds.1 - bounds.0).max_position();
         let middle = faces.len() / 2;
         faces.select_nth_unstable_by(middle, |a, b| {
@@ -204,7 +253,7 @@ impl Tree {
     /// May anything in this box touch a face? Faces reach beyond their corners by no more than rounding.
     fn is_near(&self, (min, max): (DVec3, DVec3)) -> bool {
         let slack = HEIGHT_SHARE * min.abs().max(max.abs());
-        let (low, high) = self.boxes[0];
+        let (low, high) = self.nodes[0].bounds;
         !((min - slack).cmpgt(high).any() || (max + slack).cmplt(low).any())
     }
 
@@ -214,11 +263,10 @@ impl Tree {
     }
 
     fn any_below(&self, node: usize, faces: &[Face], face: &Face) -> bool {
-        let Some(&(min, max)) = self.boxes.get(node) else {
+        let Some(below) = self.nodes.get(node) else {
             return faces.iter().any(|other| face.touches(other));
         };
-        let apart = face.max.cmplt(min).any() || face.min.cmpgt(max).any();
-        if apart || faces.is_empty() {
+        if !below.may_touch(face) {
             return false;
         }
         let (left, right) = faces.split_at(faces.len() / 2);

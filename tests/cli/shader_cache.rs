@@ -26,6 +26,47 @@ fn caches(variables: &[(&str, &str)]) -> Vec<String> {
         .collect()
 }
 
+/// A mark in the cache says that the largest kernel lies there. It may be wrong: Mesa throws away what is old.
+#[test]
+fn what_is_compiled_is_marked_and_a_mark_may_be_wrong() {
+    need_device!();
+    let device = crate::support::device().expect("it is needed");
+    if !device.info().name.contains("llvmpipe") {
+        println!("skipped: {} has no such cache", device.info().name);
+        return;
+    }
+    let folder = Folder::new();
+    let render = |picture: &str| {
+        let mut command = folder.command(&format!("render triangle.gltf --size 8x8 -o {picture}"));
+        command.env_remove("MESA_SHADER_CACHE_DIR");
+        command.env_remove("MESA_SHADER_CACHE_DISABLE");
+        command.env("XDG_CACHE_HOME", folder.at("cache"));
+        Run::of(command.output().unwrap()).succeeded();
+        fs::read(folder.at(picture)).unwrap()
+    };
+    let kept = || {
+        let entries = fs::read_dir(folder.at("cache/raytree/shaders")).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let is_mark = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap_or_default();
+            name.to_string_lossy().starts_with("raytree-compiled-")
+        };
+        paths.partition::<Vec<_>, _>(is_mark)
+    };
+    let first = render("a.png");
+    let (marks, programs) = kept();
+    assert_eq!(marks.len(), 1);
+    assert!(!programs.is_empty());
+    for program in programs {
+        fs::remove_dir_all(&program)
+            .or_else(|_| fs::remove_file(&program))
+            .unwrap();
+    }
+    assert_eq!(render("b.png"), first);
+    assert_eq!(kept().0, marks);
+    assert!(!kept().1.is_empty(), "compiled again, and kept");
+}
+
 #[test]
 fn programs_are_kept_in_a_folder_of_our_own() {
     need_device!();
