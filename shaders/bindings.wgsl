@@ -33,7 +33,7 @@
 @group(1) @binding(8) var<storage, read_write> secondary_hits: array<SecondaryHit>;
 
 // The list that a kernel reads and the one that it writes: they change places after each iteration (work_lists.wgsl).
-@group(2) @binding(0) var<storage, read> list_in: array<vec4u>; // a WorkList: list_length
+@group(2) @binding(0) var<storage, read> list_in: array<vec4u>; // a WorkList: part_length
 @group(2) @binding(1) var<storage, read> queue_in: array<u32>;
 @group(2) @binding(2) var<storage, read_write> list_out: WorkList;
 @group(2) @binding(3) var<storage, read_write> queue_out: array<u32>;

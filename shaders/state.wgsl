@@ -5,6 +5,7 @@
 // goes through loops whose end drivers can't know: they would unroll them.
 
 const SLOT_WORDS: u32 = 2u; // Slot
+const HIT_WORDS: u32 = 1u; // of a hit
 const ITEM_WORDS: u32 = 4u; // of pending work, as much of it as is in use: frame.item_words
 
 // The first word of a slot.
@@ -19,7 +20,7 @@ fn hit_word(index: u32) -> u32 {
 
 // The first word of an item on a slot's stack.
 fn item_word(slot: u32, level: u32) -> u32 {
-    return frame.slot_count * (SLOT_WORDS + 1u) + (level * frame.slot_count + slot) * frame.item_words;
+    return frame.slot_count * (SLOT_WORDS + HIT_WORDS) + (level * frame.slot_count + slot) * frame.item_words;
 }
 
 // The first word of what a slot's traversal leaves when it is suspended.
@@ -46,7 +47,7 @@ fn met_of_word(word: vec4u) -> u32 {
     return word.w >> MET_SHIFT;
 }
 
-// Words that belong together, in planes one above the other.
+// Words that belong together, one after the other.
 const WORDS_AT_ONCE: u32 = 5u;
 alias Words = array<vec4u, WORDS_AT_ONCE>;
 
@@ -92,6 +93,7 @@ const HIT_WORD: u32 = 2u;
 const FIRST_ITEM_WORD: u32 = 3u;
 
 const_assert HIT_WORD == SLOT_WORDS;
+const_assert FIRST_ITEM_WORD == HIT_WORD + HIT_WORDS;
 const_assert ITEM_WORDS == 4u; // those that load_state names
 
 // Those from `first` on, up to before `end`.

@@ -2,9 +2,10 @@
 // are put on the next iteration's list, so that vectors of lanes stay full however their trees differ. In what order they come
 // there does not matter: a pixel's sum is its own.
 //
-// A list has parts, each with a length of its own. A dispatch has a row of workgroups for each; a processor's threads take rows, and so
-// add to different lengths, one entry after the other. So nobody waits for anybody: a barrier in a workgroup costs lavapipe a memory fence
-// and a coroutine. A slot stays in its part; parts have slots from all over the picture, and so about as much to do.
+// A list has parts, each with a length of its own. A dispatch has a row of workgroups for each; a processor's threads take rows, so that
+// those of up to 16 add to different lengths, one entry after the other, and hardly wait for each other. Barriers in a workgroup would do as
+// well, but cost lavapipe a memory fence each, and a coroutine a vector. A slot stays in its part; parts have slots from all over
+// the picture, and so about as much to do.
 
 const NO_ENTRY: u32 = 0xffffffffu;
 

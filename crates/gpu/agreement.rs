@@ -10,7 +10,7 @@ use crate::{
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
     instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
     plan::{
-        CAMERA_LEVEL, EXTRA_ITEMS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
+        CAMERA_LEVEL, EXTRA_ITEMS, HIT_WORDS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
         STACK_VARIABLES, SUSPENDED_HEAD,
     },
     source::{self, Limits},
@@ -74,6 +74,7 @@ fn a_slot_has_room_for_what_a_dispatch_leaves() {
     assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
     assert_eq!(constant(&shaders(), "STACK_VARIABLES"), STACK_VARIABLES);
     assert_eq!(constant(&shaders(), "SLOT_WORDS"), SLOT_WORDS);
+    assert_eq!(constant(&shaders(), "HIT_WORDS"), HIT_WORDS);
     assert_eq!(constant(&shaders(), "ITEM_WORDS"), ITEM_WORDS);
 }
 

@@ -7,8 +7,8 @@ use std::{
     fs::File,
     hash::{Hash, Hasher},
     path::PathBuf,
-    sync::PoisonError,
-    thread::{self, JoinHandle},
+    sync::{MutexGuard, PoisonError},
+    thread::{self, JoinHandle, ThreadId},
 };
 
 use raytree_bvh::Bvh;
@@ -46,6 +46,8 @@ pub(crate) type PicturePipelines = [Pipeline; 3];
 pub struct Ahead {
     /// A kernel that is being compiled.
     compiling: Option<JoinHandle<()>>,
+    /// Who creates pipelines on the device.
+    creating: Option<ThreadId>,
     device: Device,
 }
 
@@ -54,8 +56,8 @@ impl Ahead {
     /// has compiled, and if neither this device nor, by the mark that is left in its cache, another process has had it compiled.
     #[must_use]
     pub fn begin(device: &Device, features: ProgramFeatures) -> Self {
-        begin_pipelines(device, features);
         Self {
+            creating: begin_pipelines(device, features),
             compiling: begin_compiling(device, features),
             device: device.clone(),
         }
@@ -69,33 +71,27 @@ impl Drop for Ahead {
         if let Some(compiling) = self.compiling.take() {
             let _ = compiling.join();
         }
-        if let Some(created) = take_created(&self.device) {
+        let ours = |created: &CreatedAhead| Some(created.thread.thread().id()) == self.creating;
+        if let Some(created) = take_created(&self.device, ours) {
             let _ = created.thread.join();
         }
     }
 }
 
 /// Unless the hierarchy is uncommonly deep, a picture takes these.
-fn begin_pipelines(device: &Device, features: ProgramFeatures) {
+fn begin_pipelines(device: &Device, features: ProgramFeatures) -> Option<ThreadId> {
     let limits = Limits::for_depth(0);
     let on = device.clone();
     let creating = move || create_pipelines(&on, features, limits);
     let name = "create ahead".to_owned();
-    let Ok(thread) = thread::Builder::new().name(name).spawn(creating) else {
-        return;
-    };
-    let created = CreatedAhead {
+    let thread = thread::Builder::new().name(name).spawn(creating).ok()?;
+    let id = thread.thread().id();
+    all_created(device).push(CreatedAhead {
         features,
         limits,
         thread,
-    };
-    let mut slot = device
-        .created
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    let before = slot.replace(created);
-    drop(slot);
-    drop(before.map(|before| before.thread.join()));
+    });
+    Some(id)
 }
 
 /// The picture's pipelines: those that were begun ahead, if they are the same.
@@ -104,21 +100,30 @@ pub(crate) fn picture_pipelines(
     features: ProgramFeatures,
     limits: Limits,
 ) -> Result<PicturePipelines, RenderError> {
-    if let Some(created) = take_created(device) {
-        let is_same = created.features == features && created.limits == limits;
-        if let (Ok(pipelines), true) = (created.thread.join(), is_same) {
-            return pipelines;
+    let same = |created: &CreatedAhead| created.features == features && created.limits == limits;
+    if let Some(created) = take_created(device, same) {
+        // An error may be another's on the same device: where it is not, it comes again.
+        if let Ok(Ok(pipelines)) = created.thread.join() {
+            return Ok(pipelines);
         }
     }
     create_pipelines(device, features, limits)
 }
 
-fn take_created(device: &Device) -> Option<CreatedAhead> {
-    let mut slot = device
+fn take_created(
+    device: &Device,
+    wanted: impl FnMut(&CreatedAhead) -> bool,
+) -> Option<CreatedAhead> {
+    let mut all = all_created(device);
+    let found = all.iter().position(wanted)?;
+    Some(all.swap_remove(found))
+}
+
+fn all_created(device: &Device) -> MutexGuard<'_, Vec<CreatedAhead>> {
+    device
         .created
         .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    slot.take()
+        .unwrap_or_else(PoisonError::into_inner)
 }
 
 fn create_pipelines(
@@ -169,6 +174,7 @@ fn begin_compiling(device: &Device, features: ProgramFeatures) -> Option<JoinHan
 fn mark(info: &DeviceInfo, features: ProgramFeatures) -> Option<PathBuf> {
     let folder = std::env::var_os("MESA_SHADER_CACHE_DIR")?;
     let mut hasher = DefaultHasher::new();
+    env!("CARGO_PKG_VERSION").hash(&mut hasher);
     info.name.hash(&mut hasher);
     info.driver.hash(&mut hasher);
     features.hash(&mut hasher);

@@ -28,7 +28,7 @@ pub struct Device {
     /// What was compiled ahead (`crate::ahead`).
     pub(crate) compiled: Arc<Mutex<HashSet<ProgramFeatures>>>,
     /// Pipelines that are being created ahead, for who renders next.
-    pub(crate) created: Arc<Mutex<Option<CreatedAhead>>>,
+    pub(crate) created: Arc<Mutex<Vec<CreatedAhead>>>,
     /// The first error that wgpu reported outside of a call's own result.
     uncaptured: Arc<Mutex<Option<String>>>,
 }

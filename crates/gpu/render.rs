@@ -58,7 +58,7 @@ pub struct Rendered {
 pub struct RenderTimes {
     /// The scene's small tables, and what the large ones share.
     pub layout: Duration,
-    /// Assembly of kernels that were not assembled ahead, pipeline creation; the large tables, made while they are uploaded.
+    /// Assembly and pipelines of kernels, as far as they were not begun ahead, or are waited for; the large tables, made while they are uploaded.
     pub program: Duration,
     /// The first dispatches, in which the driver compiles; they render nothing.
     pub compile: Duration,

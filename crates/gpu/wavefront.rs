@@ -46,7 +46,7 @@ const MOST_ITERATIONS: u32 = 64;
 /// that is empty are not free.
 const FIRST_ITERATIONS: u32 = 8;
 
-/// Bytes that are read back after each submission: counters, and the length of the list.
+/// Bytes that are read back after each submission: counters, and the list with the lengths of its parts.
 const REPORT_BYTES: u64 = 4 * COUNTERS as u64 + size_of::<WorkList>() as u64;
 
 /// How many workgroups a dispatch has, in three dimensions: the beginning of a [`WorkList`].
