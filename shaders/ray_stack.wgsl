@@ -35,7 +35,8 @@ const ITEM_DEPTH_SHIFT: u32 = 4u;
 // Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray to trace.
 const EXTRA_ITEMS: u32 = 2u;
 
-// What a traversal leaves when it is suspended, or faces in contact are gathered, in words (suspended_word): hit, place and the upper groups of the traversal's stack; faces in contact; the groups below, two in a word.
+// What a traversal leaves when it is suspended, or while faces in contact are gathered, in words (suspended_word): hit, place and the
+// upper groups of the traversal's stack; faces in contact; the groups below, two in a word.
 const TRAVERSAL_WORDS: u32 = 4u;
 const CONTACT_WORDS: u32 = 5u;
 const SUSPENDED_HEAD: u32 = 9u; // both of these

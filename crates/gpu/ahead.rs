@@ -19,7 +19,7 @@ use crate::{
     error::RenderError,
     pass::Work,
     pipeline::Pipeline,
-    plan::{ITEM_WORDS, SLOT_WORDS, WORD_BYTES},
+    plan::{HIT_WORDS, ITEM_WORDS, SLOT_WORDS, WORD_BYTES},
     program::{Kernel, ProgramFeatures, assemble},
     settings::Shading,
     source::{Limits, SOURCE_FILES},
@@ -150,13 +150,16 @@ fn begin_compiling(device: &Device, features: ProgramFeatures) -> Option<JoinHan
     if !device.info().name.contains("llvmpipe") || cache_is_off() {
         return None;
     }
-    let info = device.info().clone();
-    let mark = mark(&info, features);
     let first = device
         .compiled
         .lock()
         .is_ok_and(|mut compiled| compiled.insert(features));
-    if !first || mark.as_ref().is_some_and(|mark| mark.exists()) {
+    if !first {
+        return None;
+    }
+    let info = device.info().clone();
+    let mark = mark(&info, features);
+    if mark.as_ref().is_some_and(|mark| mark.exists()) {
         return None;
     }
     let compiling = move || match compile_largest(&info, features) {
@@ -202,7 +205,7 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), R
     let device = Device::like(info)?;
     let work = Work {
         slots: 64,
-        slot_bytes: WORD_BYTES * u64::from(SLOT_WORDS + ITEM_WORDS),
+        slot_bytes: WORD_BYTES * u64::from(SLOT_WORDS + HIT_WORDS + ITEM_WORDS),
         samples: &[],
     };
     let (scene, bvh) = (Scene::default(), Bvh::default());

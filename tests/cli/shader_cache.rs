@@ -5,16 +5,32 @@ use std::fs;
 
 use crate::harness::{Folder, Run};
 
-/// Where Mesa's cache lies, seen from the folder, after a picture was rendered with these variables.
-fn caches(variables: &[(&str, &str)]) -> Vec<String> {
-    let folder = Folder::new();
-    let mut command = folder.command("render triangle.gltf --size 8x8 -o a.png");
+/// Does the device compile as lavapipe does, and keep it?
+fn keeps_programs() -> bool {
+    let device = crate::support::device().expect("it is needed");
+    let keeps = device.info().name.contains("llvmpipe");
+    if !keeps {
+        println!("skipped: {} has no such cache", device.info().name);
+    }
+    keeps
+}
+
+/// The bytes of a picture that was rendered with these variables, each a path below the folder.
+fn rendered(folder: &Folder, picture: &str, variables: &[(&str, &str)]) -> Vec<u8> {
+    let mut command = folder.command(&format!("render triangle.gltf --size 8x8 -o {picture}"));
     command.env_remove("MESA_SHADER_CACHE_DIR");
     command.env_remove("MESA_SHADER_CACHE_DISABLE");
     for (name, below) in variables {
         command.env(name, folder.at(below));
     }
     Run::of(command.output().unwrap()).succeeded();
+    fs::read(folder.at(picture)).unwrap()
+}
+
+/// Where Mesa's cache lies, seen from the folder, after a picture was rendered with these variables.
+fn caches(variables: &[(&str, &str)]) -> Vec<String> {
+    let folder = Folder::new();
+    rendered(&folder, "a.png", variables);
     let holds_files = |name: &&str| {
         let entries = fs::read_dir(folder.at(name)).into_iter().flatten();
         entries.count() > 0
@@ -30,20 +46,11 @@ fn caches(variables: &[(&str, &str)]) -> Vec<String> {
 #[test]
 fn what_is_compiled_is_marked_and_a_mark_may_be_wrong() {
     need_device!();
-    let device = crate::support::device().expect("it is needed");
-    if !device.info().name.contains("llvmpipe") {
-        println!("skipped: {} has no such cache", device.info().name);
+    if !keeps_programs() {
         return;
     }
     let folder = Folder::new();
-    let render = |picture: &str| {
-        let mut command = folder.command(&format!("render triangle.gltf --size 8x8 -o {picture}"));
-        command.env_remove("MESA_SHADER_CACHE_DIR");
-        command.env_remove("MESA_SHADER_CACHE_DISABLE");
-        command.env("XDG_CACHE_HOME", folder.at("cache"));
-        Run::of(command.output().unwrap()).succeeded();
-        fs::read(folder.at(picture)).unwrap()
-    };
+    let render = |picture| rendered(&folder, picture, &[("XDG_CACHE_HOME", "cache")]);
     let kept = || {
         let entries = fs::read_dir(folder.at("cache/raytree/shaders")).unwrap();
         let paths = entries.map(|entry| entry.unwrap().path());
@@ -70,9 +77,7 @@ fn what_is_compiled_is_marked_and_a_mark_may_be_wrong() {
 #[test]
 fn programs_are_kept_in_a_folder_of_our_own() {
     need_device!();
-    let device = crate::support::device().expect("it is needed");
-    if !device.info().name.contains("llvmpipe") {
-        println!("skipped: {} has no such cache", device.info().name);
+    if !keeps_programs() {
         return;
     }
     let own = caches(&[("XDG_CACHE_HOME", "cache")]);
