@@ -196,7 +196,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::integer(1, RenderSettings::MOST_SAMPLES))]
     pub spp: Option<u32>,
 
-    /// A branch that weighs less in every channel is dropped [default: 0.001; with a tolerance or a time budget 0].
+    /// A branch that weighs less in every channel is dropped [default: 1/256, a step of 8 bits; with a tolerance or a time budget 0].
     #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true, value_parser = values::number(0.0, 1.0))]
     pub min_weight: Option<f64>,
 

@@ -52,7 +52,7 @@ impl Default for Setting {
     fn default() -> Self {
         Self {
             depth: 8,
-            min_weight: 1e-3,
+            min_weight: 1.0 / 256.0,
             spp: 1,
             tolerance: None,
             bvh: Bvh::default(),

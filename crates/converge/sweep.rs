@@ -108,7 +108,7 @@ impl Sweep {
         ladders.push(ladder(
             Knob::MinWeight,
             &fixed,
-            [0.1, 0.03, 0.01, 0.001].map(|min_weight| Setting { min_weight, ..few }),
+            [0.1, 0.03, 0.01, 1.0 / 256.0, 0.001].map(|min_weight| Setting { min_weight, ..few }),
         ));
         use crate::setting::Bvh::{Balanced, Best, Fast};
         ladders.push(ladder(
@@ -224,7 +224,7 @@ mod tests {
             }
         }
         // 4 samples at depth 8 are in four ladders, and measured once.
-        assert_eq!(sweep.settings().len(), 6 + 4 + 4 + 3 + 2);
+        assert_eq!(sweep.settings().len(), 6 + 4 + 4 + 4 + 2);
     }
 
     #[test]

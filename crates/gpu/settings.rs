@@ -89,7 +89,7 @@ pub struct RenderSettings {
     pub deadline: Option<Instant>,
     /// Levels of the ray tree below the camera ray.
     pub max_depth: u32,
-    /// A branch whose throughput is below this in every channel is dropped; 0 to 1.
+    /// A branch whose throughput is below this in every channel is dropped; 0 to 1. See [`Self::MIN_WEIGHT`].
     pub min_weight: f32,
     /// The most rays of a sample's tree (camera, reflected and refracted ones; the shadow rays of their hits come on top), at
     /// least 1. Trees of glass among mirrors double at every level: this bounds their time. A tree of half as many is always
@@ -130,6 +130,11 @@ impl RenderSettings {
     /// all others wait for it. Halls of mirrors need more: those of 0.99 1,200 levels for 0.001.
     pub const TOLERANCE_DEPTH: u32 = 256;
 
+    /// The least weight of a branch unless ..: one step of an 8-bit channel, as in POV-Ray (its `adc_bailout` is 1/255). What that leaves out
+    /// of our ten scenes is a twentieth of what one sample a pixel leaves out at their edges, and less (ARCHITECTURE.md, "Where branches
+    /// end"); 1/1000 takes up to half as long again.
+    pub const MIN_WEIGHT: f32 = 1.0 / 256.0;
+
     /// As [`Self::new`], to a tolerance: what it needs of samples, depth and rays, and no branch ends because of its weight alone.
     #[must_use]
     pub fn to_tolerance(self, tolerance: Tolerance) -> Self {
@@ -143,7 +148,7 @@ impl RenderSettings {
         }
     }
 
-    /// Depth 8, one sample in the middle of each pixel, weights down to 1/1000, 65,536 rays a sample, the whole picture.
+    /// Depth 8, one sample in the middle of each pixel, weights down to [`Self::MIN_WEIGHT`], 65,536 rays a sample, the whole picture.
     #[must_use]
     pub fn new(width: u32, height: u32, camera: Camera) -> Self {
         Self {
@@ -155,7 +160,7 @@ impl RenderSettings {
             tolerance: None,
             deadline: None,
             max_depth: 8,
-            min_weight: 1e-3,
+            min_weight: Self::MIN_WEIGHT,
             max_rays: 1 << 16,
             shading: Shading::Pbr,
             numerics: Numerics::default(),

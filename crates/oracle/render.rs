@@ -53,7 +53,7 @@ impl Settings {
             window: (0, 0, width, height),
             samples: vec![[0.0, 0.0]],
             max_depth: 8,
-            min_weight: 1e-3,
+            min_weight: 1.0 / 256.0,
             shading: Shading::default(),
         }
     }

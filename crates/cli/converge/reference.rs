@@ -302,7 +302,7 @@ mod tests {
         };
         let plan = Plan::beyond(&[Setting::default(), setting], None, OracleChoice::Auto);
         assert_eq!(plan.samples, [121, 144]);
-        assert_eq!((plan.depth, plan.min_weight), (16, 1e-3));
+        assert_eq!((plan.depth, plan.min_weight), (16, 1.0 / 256.0));
         let reach = Reach {
             depth: 700,
             min_weight: 1e-3,
