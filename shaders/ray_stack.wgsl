@@ -35,18 +35,13 @@ const ITEM_DEPTH_SHIFT: u32 = 4u;
 // Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray to trace.
 const EXTRA_ITEMS: u32 = 2u;
 
-// What a traversal leaves when it is suspended, or while faces in contact are gathered, in words (suspended_word): hit, place and the
-// upper groups of the traversal's stack; faces in contact; the groups below, two in a word.
-const TRAVERSAL_WORDS: u32 = 4u;
+// What a traversal leaves when it is suspended, or while faces in contact are gathered, in words (suspended_word): a Traversal; faces in
+// contact; the lower groups of the traversal's stack, two in a word.
 const CONTACT_WORDS: u32 = 5u;
-const SUSPENDED_HEAD: u32 = 9u; // both of these
-
-// Two heights in a word: the stack's, and the one at which the scene's own triangles were left.
-const SUSPENDED_HEIGHT: u32 = 0xffffu;
-const SUSPENDED_ENTERED_SHIFT: u32 = 16u;
+const SUSPENDED_HEAD: u32 = 9u; // but for these groups
 
 const_assert SUSPENDED_HEAD == TRAVERSAL_WORDS + CONTACT_WORDS;
-const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, max(TRAVERSAL_WORDS, CONTACT_WORDS));
+const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, CONTACT_WORDS);
 
 // Lights that are left have no descendants, but a place.
 fn item_depth(item: WorkItem) -> u32 {

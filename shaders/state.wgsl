@@ -78,8 +78,10 @@ fn load_words(first: u32, count: u32) -> Words {
     return words;
 }
 
-// What a kernel takes up of a slot: its words, that of its place on the list, and those of an item on its stack.
+// What a kernel takes up of a slot: what its suspended traversal has left, its words, that of its place on the list, and those of an
+// item on its stack.
 struct SlotState {
+    traversal: Traversal,
     radiance: vec4u,
     counts: vec4u,
     hit: vec4u,
@@ -87,23 +89,37 @@ struct SlotState {
 }
 
 // Which of them is which.
-const RADIANCE_WORD: u32 = 0u;
-const COUNTS_WORD: u32 = 1u;
-const HIT_WORD: u32 = 2u;
-const FIRST_ITEM_WORD: u32 = 3u;
+const TRAVERSAL_WORD: u32 = 0u;
+const RADIANCE_WORD: u32 = 4u;
+const COUNTS_WORD: u32 = 5u;
+const HIT_WORD: u32 = 6u;
+const FIRST_ITEM_WORD: u32 = 7u;
 
-const_assert HIT_WORD == SLOT_WORDS;
+const_assert RADIANCE_WORD == TRAVERSAL_WORD + TRAVERSAL_WORDS;
+const_assert TRAVERSAL_WORDS == 4u; // those that load_state names
+const_assert HIT_WORD == RADIANCE_WORD + SLOT_WORDS;
 const_assert FIRST_ITEM_WORD == HIT_WORD + HIT_WORDS;
 const_assert ITEM_WORDS == 4u; // those that load_state names
 
 // Those from `first` on, up to before `end`.
 fn load_state(first: u32, end: u32, slot: u32, index: u32, level: u32) -> SlotState {
     var loaded: SlotState;
-    let of_slot = slot_word(slot);
+    let of_traversal = suspended_word(slot) - TRAVERSAL_WORD;
+    let of_slot = slot_word(slot) - RADIANCE_WORD;
     let of_hit = hit_word(index);
     let of_item = item_word(slot, level) - FIRST_ITEM_WORD;
     for (var k = first; k < end; k++) {
-        let word = state[select(select(of_item + k, of_hit, k == HIT_WORD), of_slot + k, k < HIT_WORD)];
+        var place = select(select(of_item + k, of_hit, k == HIT_WORD), of_slot + k, k < HIT_WORD);
+        if (HAS_LONG_RAYS) {
+            place = select(place, of_traversal + k, k < RADIANCE_WORD);
+        }
+        let word = state[place];
+        if (HAS_LONG_RAYS) {
+            loaded.traversal[0] = select(loaded.traversal[0], word, k == TRAVERSAL_WORD);
+            loaded.traversal[1] = select(loaded.traversal[1], word, k == TRAVERSAL_WORD + 1u);
+            loaded.traversal[2] = select(loaded.traversal[2], word, k == TRAVERSAL_WORD + 2u);
+            loaded.traversal[3] = select(loaded.traversal[3], word, k == TRAVERSAL_WORD + 3u);
+        }
         loaded.radiance = select(loaded.radiance, word, k == RADIANCE_WORD);
         loaded.counts = select(loaded.counts, word, k == COUNTS_WORD);
         loaded.hit = select(loaded.hit, word, k == HIT_WORD);

@@ -6,16 +6,45 @@ var<private> triangle_tests: u32;
 var<private> steps: u32;
 
 // Where node visits and triangle tests of this iteration end, in the midst of a ray if need be: what the ray has found and what it
-// has still to visit is left in `state`, and the next iteration goes on with it.
+// has still to visit is left here and in its stack, and the next iteration goes on with it.
 var<private> suspended: bool; // the ray last traced, which is also the next
-var<private> traversal_slot: u32; // whose storage it is
+var<private> left_traversal: Traversal;
 
-// Groups of a traversal's stack that lie in variables: the uppermost.
-const STACK_VARIABLES: u32 = 4u;
+// A suspended traversal but for the lower part of its stack, in words of `state`.
+const TRAVERSAL_WORDS: u32 = 4u;
+alias Traversal = array<vec4u, TRAVERSAL_WORDS>;
 
-// Of the groups below them, two in a word.
-fn below_word(k: u32) -> u32 {
-    return suspended_word(traversal_slot) + SUSPENDED_HEAD + k / 2u;
+// Three numbers in a word: the stack's height, its pairs below the variables, and the height at which the scene's own triangles were left.
+const HEIGHTS_BITS: u32 = 10u;
+const HEIGHTS_MASK: u32 = 0x3ffu;
+
+// The traversal has come to `group`.
+fn suspend(hit: Hit, group: vec2u) {
+    var heights = groups.height | (groups.pairs_below << HEIGHTS_BITS);
+    var entered = 0u;
+    if (HAS_INSTANCES) {
+        heights |= entered_height << (2u * HEIGHTS_BITS);
+        entered = within;
+    }
+    left_traversal = Traversal(
+        word_of_hit(hit), vec4u(group, heights, entered), vec4u(groups.top, groups.second), vec4u(groups.third, groups.fourth),
+    );
+    suspended = true;
+}
+
+// What it had found. The group that it had come to, and the instance it was in: left_traversal[1].
+fn resume() -> Hit {
+    let words = left_traversal;
+    let heights = words[1].z;
+    groups = TraversalStack(
+        words[2].xy, words[2].zw, words[3].xy, words[3].zw, heights & HEIGHTS_MASK, (heights >> HEIGHTS_BITS) & HEIGHTS_MASK,
+    );
+    if (HAS_INSTANCES) {
+        met = met_of_word(words[0]);
+        entered_height = heights >> (2u * HEIGHTS_BITS);
+    }
+    suspended = false;
+    return hit_of_word(words[0]);
 }
 
 // The closest hit with t in (start, t_max), or at a start other than 0 with a triangle index above `left`; never triangle
@@ -46,56 +75,24 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     if (HAS_WATERTIGHT) {
         view = view_along(direction);
     }
-    // Groups to come back to. The uppermost are variables and move up and down by one, since to store at an index that differs by
-    // lane takes a branch for each lane; what few rays have below them lies in an array.
-    var top: vec2u;
-    var second: vec2u;
-    var third: vec2u;
-    var fourth: vec2u;
-    var below: array<vec2u, TRAVERSAL_STACK - STACK_VARIABLES>;
-    var height = 0u;
-    // A group: (first child, bits of children still to visit in the upper byte | which children are inner nodes).
-    var group = vec2u(0u, 0x80000000u);
+    groups.height = 0u;
+    groups.pairs_below = 0u;
+    var group = vec2u(0u, 0x80000000u); // the root
     if (HAS_LONG_RAYS) {
         if (suspended) {
-            let words = load_words(suspended_word(traversal_slot), TRAVERSAL_WORDS);
-            hit = hit_of_word(words[0]);
+            hit = resume();
+            group = left_traversal[1].xy;
             if (HAS_INSTANCES) {
-                met = met_of_word(words[0]);
-                if (words[1].w != 0u) {
-                    ray = ray_within(words[1].w, origin, direction);
+                if (left_traversal[1].w != 0u) {
+                    ray = ray_within(left_traversal[1].w, origin, direction);
                 }
             }
-            group = words[1].xy;
-            height = words[1].z;
-            if (HAS_INSTANCES) {
-                entered_height = height >> SUSPENDED_ENTERED_SHIFT;
-                height &= SUSPENDED_HEIGHT;
-            }
-            top = words[2].xy;
-            second = words[2].zw;
-            third = words[3].xy;
-            fourth = words[3].zw;
-            for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
-                let pair = state[below_word(k)];
-                below[k] = pair.xy;
-                below[k + 1u] = pair.zw;
-            }
-            suspended = false;
         }
     }
     loop {
         if (HAS_LONG_RAYS) {
             if (steps >= frame.step_budget) {
-                var words = Words(word_of_hit(hit), vec4u(group, height, 0u), vec4u(top, second), vec4u(third, fourth), vec4u(0u));
-                if (HAS_INSTANCES) {
-                    words[1] = vec4u(group, height | (entered_height << SUSPENDED_ENTERED_SHIFT), within);
-                }
-                store_words(suspended_word(traversal_slot), words, TRAVERSAL_WORDS);
-                for (var k = 0u; k + STACK_VARIABLES < height; k += 2u) {
-                    state[below_word(k)] = vec4u(below[k], below[k + 1u]);
-                }
-                suspended = true;
+                suspend(hit, group);
                 break;
             }
         }
@@ -107,16 +104,9 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 let leaf = (group.x & ~INSTANCE_GROUP) + offset;
                 let others = vec2u(group.x, group.y & ~(1u << offset));
                 if ((others.y & 0x00ffffffu) != 0u) {
-                    if (height >= STACK_VARIABLES) {
-                        below[height - STACK_VARIABLES] = fourth;
-                    }
-                    fourth = third;
-                    third = second;
-                    second = top;
-                    top = others;
-                    height += 1u;
+                    push_group(others);
                 }
-                entered_height = height;
+                entered_height = groups.height;
                 ray = ray_within(leaf_instance(leaf), origin, direction);
                 group = vec2u(instance_root(within), 0x80000000u);
             }
@@ -205,14 +195,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
                 // Before the nodes of this group, and those of the one above.
                 if (group.y > 0x00ffffffu) {
                     if (rest.y > 0x00ffffffu) {
-                        if (height >= STACK_VARIABLES) {
-                            below[height - STACK_VARIABLES] = fourth;
-                        }
-                        fourth = third;
-                        third = second;
-                        second = top;
-                        top = rest;
-                        height += 1u;
+                        push_group(rest);
                     }
                     rest = group;
                 }
@@ -221,34 +204,20 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
         }
         if (group.y > 0x00ffffffu) {
             if (rest.y > 0x00ffffffu) {
-                if (height >= STACK_VARIABLES) {
-                    below[height - STACK_VARIABLES] = fourth;
-                }
-                fourth = third;
-                third = second;
-                second = top;
-                top = rest;
-                height += 1u;
+                push_group(rest);
             }
         } else if (rest.y > 0x00ffffffu) {
             group = rest;
         } else {
-            if (height == 0u) {
+            if (groups.height == 0u) {
                 break;
             }
             if (HAS_INSTANCES) {
-                if (within != 0u && height == entered_height) {
+                if (within != 0u && groups.height == entered_height) {
                     ray = ray_without(origin, direction);
                 }
             }
-            height -= 1u;
-            group = top;
-            top = second;
-            second = third;
-            third = fourth;
-            if (height >= STACK_VARIABLES) {
-                fourth = below[height - STACK_VARIABLES];
-            }
+            group = pop_group();
         }
     }
     return hit;

@@ -62,8 +62,22 @@ struct Traced {
 
 const TRACED_SUSPENDED: u32 = 2u; // beside HIT_BACK
 
-fn store_hit(index: u32, hit: Hit, suspended_: bool) {
-    state[hit_word(index)] = word_of_hit(hit) | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended_));
+// What the ray of a slot has found, and what its traversal leaves if it is suspended.
+fn store_traced(index: u32, slot: u32, hit: Hit) {
+    let word = word_of_hit(hit);
+    if (HAS_LONG_RAYS) {
+        let end = select(1u, 1u + TRAVERSAL_WORDS, suspended) + frame.zero;
+        for (var k = 0u; k < end; k++) {
+            var stored = word | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended));
+            stored = select(stored, left_traversal[0], k == 1u);
+            stored = select(stored, left_traversal[1], k == 2u);
+            stored = select(stored, left_traversal[2], k == 3u);
+            stored = select(stored, left_traversal[3], k == 4u);
+            state[select(suspended_word(slot) + k - 1u, hit_word(index), k == 0u)] = stored;
+        }
+    } else {
+        state[hit_word(index)] = word;
+    }
 }
 
 fn traced_of(word: vec4u) -> Traced {

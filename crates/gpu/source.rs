@@ -37,6 +37,7 @@ pub const SOURCE_FILES: &[SourceFile] = source_files![
     "camera.wgsl",
     "intersect.wgsl",
     "instances.wgsl",
+    "traversal_stack.wgsl",
     "traverse.wgsl",
     "texture.wgsl",
     "environment.wgsl",

@@ -22,6 +22,11 @@ fn trace_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         first = select(first, RADIANCE_WORD, is_camera);
         end = select(end, RADIANCE_WORD + 1u, is_camera);
     }
+    if (HAS_LONG_RAYS) {
+        traversal_slot = slot;
+        suspended = (entry & ENTRY_SUSPENDED) != 0u;
+        first = select(first, TRAVERSAL_WORD, suspended);
+    }
     let loaded = load_state(first, end, slot, index, level);
     var ray = item_of(loaded.item);
     if (is_camera) {
@@ -31,8 +36,7 @@ fn trace_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         return;
     }
     if (HAS_LONG_RAYS) {
-        traversal_slot = slot;
-        suspended = (entry & ENTRY_SUSPENDED) != 0u;
+        left_traversal = loaded.traversal;
     }
     if (HAS_CONTACT) {
         traversal_slot = slot;
@@ -44,10 +48,6 @@ fn trace_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         }
     }
     let hit = trace(ray.origin, ray.direction, ray.t_min, ray.after, ray.t_max, ray.kind == SHADOW);
-    var unfinished = false;
-    if (HAS_LONG_RAYS) {
-        unfinished = suspended;
-    }
-    store_hit(index, hit, unfinished);
+    store_traced(index, slot, hit);
     add_up_counters();
 }

@@ -172,15 +172,20 @@ pub const MARKS: &[Marks] = &[
             "box_pad",
         ],
     ),
-    marks(
-        Feature::LongRays,
-        &[
-            "below_word",
+    // What lies below the variables of a traversal's stack is in storage then.
+    Marks {
+        feature: Feature::LongRays,
+        present: &[
+            "pair_word",
+            "suspend",
+            "resume",
             "suspended",
+            "left_traversal",
             "Frame.step_budget",
             "traversal_slot",
         ],
-    ),
+        instead: &["below"],
+    },
     // Where a sample lies its order says.
     Marks {
         feature: Feature::Tolerance,
