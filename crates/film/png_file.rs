@@ -5,6 +5,7 @@ use std::io::{BufRead, Seek};
 use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
 use image::error::ImageError;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use rayon::prelude::*;
 
 use crate::error::Fault;
 use crate::film::Film;
@@ -15,13 +16,12 @@ use crate::write::{BitDepth, WriteOptions};
 /// The film's window as a PNG file's bytes.
 pub(crate) fn encode_film(film: &Film, options: &WriteOptions) -> Result<Vec<u8>, String> {
     let gain = options.exposure.exp2();
-    let pixels = film.radiance.iter().zip(&film.alpha);
-    let channels = pixels.flat_map(|(radiance, alpha)| {
+    let channels_shown = if options.alpha { 4 } else { 3 };
+    let pixels = film.radiance.par_iter().zip(&film.alpha);
+    let channels = pixels.flat_map_iter(|(radiance, alpha)| {
         let alpha = if options.alpha { *alpha } else { 1.0 };
         let [r, g, b] = displayed(*radiance, alpha, gain, options.tone);
-        [r, g, b, alpha]
-            .into_iter()
-            .take(if options.alpha { 4 } else { 3 })
+        [r, g, b, alpha].into_iter().take(channels_shown)
     });
     let (bytes, color): (Vec<u8>, _) = match (options.png_bits, options.alpha) {
         (BitDepth::Eight, alpha) => (
@@ -35,7 +35,7 @@ pub(crate) fn encode_film(film: &Film, options: &WriteOptions) -> Result<Vec<u8>
         // The encoder takes 16-bit channels in the machine's own byte order.
         (BitDepth::Sixteen, alpha) => (
             channels
-                .flat_map(|c| quantise_u16(c).to_ne_bytes())
+                .flat_map_iter(|c| quantise_u16(c).to_ne_bytes())
                 .collect(),
             if alpha {
                 ExtendedColorType::Rgba16
@@ -53,7 +53,8 @@ fn displayed(radiance: [f32; 3], alpha: f32, gain: f32, tone: ToneMap) -> [f32; 
     tone.apply(radiance.map(|c| c * scale)).map(srgb_encode)
 }
 
-/// A PNG file's bytes from channels as `color` says, row after row.
+/// A PNG file's bytes from channels as `color` says, row after row. Quickly rather than tightly: files are a fifth to a third larger than
+/// by the default of the encoder, in less than half of its time.
 pub(crate) fn encode(
     width: u32,
     height: u32,
@@ -61,7 +62,7 @@ pub(crate) fn encode(
     color: ExtendedColorType,
 ) -> Result<Vec<u8>, String> {
     let mut file = Vec::new();
-    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::Adaptive)
+    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)
         .write_image(bytes, width, height, color)
         .map_err(|error| error.to_string())?;
     Ok(file)
