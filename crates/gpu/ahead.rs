@@ -1,13 +1,13 @@
-//! What a picture needs of the driver, begun while its hierarchy is built. On a thread, its pipelines are created. And lavapipe
-//! compiles a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then, another device
-//! of the same name dispatches it first, and the driver's cache on disk hands the result over.
+//! What a picture needs of the driver, begun on a thread while its hierarchy is built: its pipelines are created. And lavapipe compiles
+//! a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then, another device of the
+//! same name dispatches it before all else, and the driver's cache on disk hands the result over.
 
 use std::{
     collections::hash_map::DefaultHasher,
     fs::File,
     hash::{Hash, Hasher},
     path::PathBuf,
-    sync::{MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread::{self, JoinHandle, ThreadId},
 };
 
@@ -24,7 +24,7 @@ use crate::{
     settings::Shading,
     source::{Limits, SOURCE_FILES},
     upload::GpuScene,
-    wavefront::compile,
+    wavefront::begin_compiling,
 };
 
 /// The kernel that takes longest. It knows nothing of the hierarchy, so it is the same whatever the [`Limits`] are.
@@ -44,10 +44,12 @@ pub(crate) type PicturePipelines = [Pipeline; 3];
 /// What was begun ahead.
 #[derive(Debug)]
 pub struct Ahead {
-    /// A kernel that is being compiled.
-    compiling: Option<JoinHandle<()>>,
-    /// Who creates pipelines on the device.
-    creating: Option<ThreadId>,
+    /// Who does it.
+    thread: Option<ThreadId>,
+    /// The device on which the largest kernel is being compiled, when it has been dispatched there.
+    compiling: Arc<Mutex<Option<Device>>>,
+    /// The file that says that all is compiled, to be left when it is.
+    mark: Option<PathBuf>,
     device: Device,
 }
 
@@ -56,10 +58,38 @@ impl Ahead {
     /// has compiled, and if neither this device nor, by the mark that is left in its cache, another process has had it compiled.
     #[must_use]
     pub fn begin(device: &Device, features: ProgramFeatures) -> Self {
+        let compiling = Arc::default();
+        let mut place = None;
+        let mut mark = None;
+        if compiles_when_dispatched(device.info()) && locked(&device.compiled).insert(features) {
+            mark = mark_of(device.info(), features);
+            if !mark.as_ref().is_some_and(|mark| mark.exists()) {
+                place = Some(Arc::clone(&compiling));
+            }
+        }
         Self {
-            creating: begin_pipelines(device, features),
-            compiling: begin_compiling(device, features),
+            thread: begin(device, features, place),
+            compiling,
+            mark,
             device: device.clone(),
+        }
+    }
+
+    /// Waits until the largest kernel is compiled, and in the driver's cache.
+    pub(crate) fn wait(&mut self) {
+        let compiling = locked(&self.compiling).take();
+        // The cache has been written when the device has been dropped.
+        let compiled = compiling.is_some_and(|device| device.wait().is_ok());
+        if !compiled {
+            // It is compiled ahead again: no harm.
+            self.mark = None;
+        }
+    }
+
+    /// Leaves the mark, when all kernels of the picture have been dispatched.
+    pub(crate) fn finish(mut self) {
+        if let Some(mark) = self.mark.take() {
+            drop(File::create(mark));
         }
     }
 }
@@ -67,22 +97,38 @@ impl Ahead {
 impl Drop for Ahead {
     /// Waits until all is done: also where there is no picture after all, since a process must not end while a thread compiles.
     fn drop(&mut self) {
-        // A panic there has said so itself; rendering goes on without.
-        if let Some(compiling) = self.compiling.take() {
-            let _ = compiling.join();
-        }
-        let ours = |created: &CreatedAhead| Some(created.thread.thread().id()) == self.creating;
+        let ours = |created: &CreatedAhead| Some(created.thread.thread().id()) == self.thread;
         if let Some(created) = take_created(&self.device, ours) {
+            // A panic there has said so itself; rendering goes on without.
             let _ = created.thread.join();
         }
+        self.wait();
     }
 }
 
-/// Unless the hierarchy is uncommonly deep, a picture takes these.
-fn begin_pipelines(device: &Device, features: ProgramFeatures) -> Option<ThreadId> {
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Unless the hierarchy is uncommonly deep, a picture takes these. `compiling`: where to leave the device that compiles the largest kernel.
+fn begin(
+    device: &Device,
+    features: ProgramFeatures,
+    compiling: Option<Arc<Mutex<Option<Device>>>>,
+) -> Option<ThreadId> {
     let limits = Limits::for_depth(0);
     let on = device.clone();
-    let creating = move || create_pipelines(&on, features, limits);
+    let creating = move || {
+        // First: all else is done before that is compiled.
+        if let Some(place) = compiling {
+            match compile_largest(on.info(), features) {
+                Ok(device) => *locked(&place) = Some(device),
+                // Whoever renders meets it again, and reports it.
+                Err(error) => tracing::debug!(%error, "compiling ahead failed"),
+            }
+        }
+        create_pipelines(&on, features, limits)
+    };
     let name = "create ahead".to_owned();
     let thread = thread::Builder::new().name(name).spawn(creating).ok()?;
     let id = thread.thread().id();
@@ -120,10 +166,7 @@ fn take_created(
 }
 
 fn all_created(device: &Device) -> MutexGuard<'_, Vec<CreatedAhead>> {
-    device
-        .created
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
+    locked(&device.created)
 }
 
 fn create_pipelines(
@@ -146,35 +189,14 @@ fn create_pipeline(
     Ok(Pipeline::new(device, kernel, module)?)
 }
 
-fn begin_compiling(device: &Device, features: ProgramFeatures) -> Option<JoinHandle<()>> {
-    if !device.info().name.contains("llvmpipe") || cache_is_off() {
-        return None;
-    }
-    let first = device
-        .compiled
-        .lock()
-        .is_ok_and(|mut compiled| compiled.insert(features));
-    if !first {
-        return None;
-    }
-    let info = device.info().clone();
-    let mark = mark(&info, features);
-    if mark.as_ref().is_some_and(|mark| mark.exists()) {
-        return None;
-    }
-    let compiling = move || match compile_largest(&info, features) {
-        // Without a mark it is compiled ahead again: no harm.
-        Ok(()) => drop(mark.map(File::create)),
-        // Whoever renders meets it again, and reports it.
-        Err(error) => tracing::debug!(%error, "compiling ahead failed"),
-    };
-    let name = "compile ahead".to_owned();
-    thread::Builder::new().name(name).spawn(compiling).ok()
+/// .. and keeps what it has compiled.
+fn compiles_when_dispatched(info: &DeviceInfo) -> bool {
+    info.name.contains("llvmpipe") && !cache_is_off()
 }
 
 /// The file that says, in the driver's cache, that the kernel for these features lies there: finding out by compiling ahead takes a second
 /// device and pipeline, 70 ms of a processor. Where the driver has thrown it away since, it is compiled at its dispatch.
-fn mark(info: &DeviceInfo, features: ProgramFeatures) -> Option<PathBuf> {
+fn mark_of(info: &DeviceInfo, features: ProgramFeatures) -> Option<PathBuf> {
     let folder = std::env::var_os("MESA_SHADER_CACHE_DIR")?;
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
@@ -200,8 +222,8 @@ fn cache_is_off() -> bool {
         })
 }
 
-/// On a device that ends with this function, so that the driver's cache has been written then.
-fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), RenderError> {
+/// The device that is at it.
+fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<Device, RenderError> {
     let device = Device::like(info)?;
     let work = Work {
         slots: 64,
@@ -211,5 +233,6 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<(), R
     let (scene, bvh) = (Scene::default(), Bvh::default());
     let nothing = GpuScene::new(&scene, &bvh, features, Shading::default())?;
     let pipeline = create_pipeline(&device, LARGEST, features, Limits::for_depth(0))?;
-    compile(&device, pipeline, (&nothing, &work))
+    begin_compiling(&device, pipeline, (&nothing, &work))?;
+    Ok(device)
 }

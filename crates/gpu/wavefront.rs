@@ -136,8 +136,8 @@ impl Bound {
     }
 }
 
-/// Compiles a kernel, on drivers that do so at the first dispatch.
-pub(crate) fn compile(
+/// Has drivers that compile a kernel at its first dispatch begin with it, on the thread of the device's queue.
+pub(crate) fn begin_compiling(
     device: &Device,
     pipeline: Pipeline,
     given: (&GpuScene, &Work<'_>),
@@ -146,7 +146,7 @@ pub(crate) fn compile(
     let bound = Bound::new(device, pipeline, &mut resources, given)?;
     // Its buffers hold zeros: no work.
     bound.dispatch_once(device);
-    Ok(device.wait()?)
+    Ok(device.check()?)
 }
 
 impl Wavefront {
@@ -212,7 +212,7 @@ impl Wavefront {
         &self,
         device: &Device,
         frame: &Frame,
-        ahead: Ahead,
+        mut ahead: Ahead,
     ) -> Result<[Duration; 3], DeviceError> {
         let nothing = Frame {
             slot_count: 0,
@@ -223,18 +223,20 @@ impl Wavefront {
         self.write(device, "frame", bytes_of(&nothing));
         self.write(device, "list_0", bytes_of(&WorkList::EMPTY));
         self.write(device, "list_1", bytes_of(&WorkList::EMPTY));
-        let timed = |kernel: &Bound, before: Option<Ahead>| {
+        let timed = |kernel: &Bound, begun: Option<&mut Ahead>| {
             let started = Instant::now();
-            drop(before);
+            begun.map(Ahead::wait);
             kernel.dispatch_once(device);
             device.wait()?;
             Ok(started.elapsed())
         };
-        Ok([
+        let took = [
             timed(&self.camera_rays, None)?,
             timed(&self.trace_rays, None)?,
-            timed(&self.shade_hits, Some(ahead))?,
-        ])
+            timed(&self.shade_hits, Some(&mut ahead))?,
+        ];
+        ahead.finish();
+        Ok(took)
     }
 
     /// Renders a sample of each pixel of a batch. `observer` is told after each submission which share of the pixels is finished;
