@@ -34,7 +34,7 @@ fn recorded_rays_are_those_that_were_traced() {
             continue;
         }
         let bvh = raytree::build_bvh(&scene, Preset::default()).unwrap();
-        let ahead = Ahead::begin(device, features);
+        let ahead = Ahead::begin(device, features, &settings);
         let mut prepared = Prepared::new(device, &scene, &bvh, &settings, features).unwrap();
         prepared.compile(ahead).unwrap();
         let recorded = prepared.recorded_rays().unwrap();

@@ -67,7 +67,7 @@ pub fn prepared<'p>(
     settings: &'p RenderSettings,
     features: ProgramFeatures,
 ) -> Prepared<'p> {
-    let ahead = Ahead::begin(device, features);
+    let ahead = Ahead::begin(device, features, settings);
     let mut prepared = Prepared::new(device, scene, bvh, settings, features)
         .unwrap_or_else(|error| panic!("{error}"));
     prepared

@@ -101,7 +101,7 @@ fn measure(file: &Path, sharing: Sharing) -> anyhow::Result<()> {
         settings.samples = samples;
         settings.counters = samples == 1;
         let features = raytree::assemble_for(&scene, &settings);
-        let ahead = raytree::Ahead::begin(&device, features);
+        let ahead = raytree::Ahead::begin(&device, features, &settings);
         let mut prepared = raytree::Prepared::new(&device, &scene, &bvh, &settings, features)?;
         prepared.compile(ahead)?;
         let renders = (0..3).map(|_| prepared.render(&mut unobserved));

@@ -77,7 +77,7 @@ impl Prepared<'_> {
     fn sampler(&self, tolerance: Tolerance) -> Sampler {
         let region = self.settings.visible_region();
         let size = (region.width, region.height);
-        let tiling = self.plan.tiling;
+        let tiling = self.plan.layout.tiling;
         // Where time may end it, tiles that follow each other lie apart, so that there is something of all of the picture.
         let stride = match self.settings.deadline {
             Some(_) => spreading_stride(tiling.tiles),
@@ -123,7 +123,7 @@ impl Sampling<'_> {
                 finished: 0.5 * finished,
             })
         };
-        for &batch in &plan.batches {
+        for &batch in &plan.layout.batches {
             let frame = Frame {
                 negligible: negligible.code(),
                 ..plan.frame_of(batch)
@@ -154,7 +154,7 @@ impl Sampling<'_> {
                 self.take_all(negligible, counters, observer)?;
                 continue;
             }
-            let most = pace.affordable(self.prepared.plan.slots as usize);
+            let most = pace.affordable(self.prepared.plan.layout.slots as usize);
             let orders = if most == 0 {
                 Vec::new()
             } else {
@@ -232,7 +232,7 @@ impl Sampling<'_> {
             Taking::First(batch, slots) => {
                 let mut first = self.sampler.first_samples();
                 slots.each(device, |slot, found| {
-                    if let Some(pixel) = plan.tiling.pixel_of_slot(*batch, slot as u32) {
+                    if let Some(pixel) = plan.layout.tiling.pixel_of_slot(*batch, slot as u32) {
                         first.take(pixel, sampled(found, dropped));
                     }
                 })?;

@@ -1,4 +1,4 @@
-//! What a picture needs of the driver, begun on a thread while its hierarchy is built: its pipelines are created. And lavapipe compiles
+//! What a picture needs of the driver, begun while its hierarchy is built: its state is cleared, its pipelines are created. And lavapipe compiles
 //! a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then, another device of the
 //! same name dispatches it before all else, and the driver's cache on disk hands the result over.
 
@@ -13,15 +13,16 @@ use std::{
 
 use raytree_bvh::Bvh;
 use raytree_scene::model::Scene;
+use wgpu::Buffer;
 
 use crate::{
     device::{Device, DeviceInfo},
     error::RenderError,
-    pass::Work,
-    pipeline::Pipeline,
-    plan::{HIT_WORDS, ITEM_WORDS, SLOT_WORDS, WORD_BYTES},
+    pass::{READABLE, Work},
+    pipeline::{Pipeline, buffer_bytes, new_buffer},
+    plan::{HIT_WORDS, ITEM_WORDS, Layout, Room, SLOT_WORDS, WORD_BYTES},
     program::{Kernel, ProgramFeatures, assemble},
-    settings::Shading,
+    settings::{RenderSettings, Shading},
     source::{Limits, SOURCE_FILES},
     upload::GpuScene,
     wavefront::begin_compiling,
@@ -35,6 +36,8 @@ const LARGEST: Kernel = Kernel::ShadeHits;
 pub(crate) struct CreatedAhead {
     features: ProgramFeatures,
     limits: Limits,
+    /// Cleared already: a processor's driver takes 40 ms for that.
+    state: Option<Buffer>,
     thread: JoinHandle<Result<PicturePipelines, RenderError>>,
 }
 
@@ -57,7 +60,7 @@ impl Ahead {
     /// Begins what pictures with these features need. The driver compiles if it is one that does so at the first dispatch and keeps what it
     /// has compiled, and if neither this device nor, by the mark that is left in its cache, another process has had it compiled.
     #[must_use]
-    pub fn begin(device: &Device, features: ProgramFeatures) -> Self {
+    pub fn begin(device: &Device, features: ProgramFeatures, settings: &RenderSettings) -> Self {
         let compiling = Arc::default();
         let mut place = None;
         let mut mark = None;
@@ -68,7 +71,7 @@ impl Ahead {
             }
         }
         Self {
-            thread: begin(device, features, place),
+            thread: begin(device, features, settings, place),
             compiling,
             mark,
             device: device.clone(),
@@ -114,9 +117,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 fn begin(
     device: &Device,
     features: ProgramFeatures,
+    settings: &RenderSettings,
     compiling: Option<Arc<Mutex<Option<Device>>>>,
 ) -> Option<ThreadId> {
     let limits = Limits::for_depth(0);
+    let state = begin_clearing(device, &Layout::new(settings, features, limits, Room::CPU));
     let on = device.clone();
     let creating = move || {
         // First: all else is done before that is compiled.
@@ -135,25 +140,42 @@ fn begin(
     all_created(device).push(CreatedAhead {
         features,
         limits,
+        state,
         thread,
     });
     Some(id)
 }
 
-/// The picture's pipelines: those that were begun ahead, if they are the same.
-pub(crate) fn picture_pipelines(
+/// The state of a picture, which a processor clears meanwhile. A GPU has no time to spare for that, but memory that is wanted elsewhere.
+fn begin_clearing(device: &Device, layout: &Layout) -> Option<Buffer> {
+    if !device.info().cpu {
+        return None;
+    }
+    // Where it is refused, whoever renders meets that again.
+    let state = new_buffer(device, "state", layout.state_bytes(), READABLE).ok()?;
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    encoder.clear_buffer(&state, 0, None);
+    device.queue.submit([encoder.finish()]);
+    Some(state)
+}
+
+/// The picture's pipelines: those that were begun ahead, if they are the same, and then its state, if it has `state_bytes`.
+pub(crate) fn begun_ahead(
     device: &Device,
     features: ProgramFeatures,
     limits: Limits,
-) -> Result<PicturePipelines, RenderError> {
+    state_bytes: u64,
+) -> Result<(PicturePipelines, Option<Buffer>), RenderError> {
     let same = |created: &CreatedAhead| created.features == features && created.limits == limits;
     if let Some(created) = take_created(device, same) {
+        let right = |state: &Buffer| state.size() == buffer_bytes(state_bytes);
+        let state = created.state.filter(right);
         // An error may be another's on the same device: where it is not, it comes again.
         if let Ok(Ok(pipelines)) = created.thread.join() {
-            return Ok(pipelines);
+            return Ok((pipelines, state));
         }
     }
-    create_pipelines(device, features, limits)
+    Ok((create_pipelines(device, features, limits)?, None))
 }
 
 fn take_created(

@@ -28,6 +28,9 @@ pub(crate) struct Work<'a> {
     pub(crate) samples: &'a [[f32; 2]],
 }
 
+/// What kernels write and the host reads.
+pub(crate) const READABLE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
+
 /// What a binding takes on the device, bytes.
 pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -> u64 {
     let slots = u64::from(work.slots);
@@ -71,7 +74,6 @@ impl Resources {
             return Ok(());
         }
         let size = binding_bytes(name, gpu_scene, work);
-        let readable = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         match name {
             "frame" => self.reserve(device, called, size, BufferUsages::UNIFORM),
             "samples" => self.upload_uniform(device, called, cast_slice(work.samples), size),
@@ -81,7 +83,7 @@ impl Resources {
             }
             "state" | "counters" | "aovs" | "probe_hits" | "piece_results" | "secondary_hits"
             | "list_in" | "list_out" | "queue_in" | "queue_out" => {
-                self.reserve(device, called, size, readable)
+                self.reserve(device, called, size, READABLE)
             }
             "probe_rays" | "piece_arguments" | "secondary_rays" => {
                 self.reserve(device, called, size, BufferUsages::STORAGE)

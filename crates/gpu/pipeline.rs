@@ -277,6 +277,37 @@ pub(crate) struct Resources {
 /// No element of a storage buffer is larger: an empty list still binds one.
 const LARGEST_ELEMENT: u64 = 1024;
 
+/// What a buffer of `size` bytes takes: as much as the largest element of any.
+pub(crate) fn buffer_bytes(size: u64) -> u64 {
+    size.max(LARGEST_ELEMENT).next_multiple_of(16)
+}
+
+/// A buffer of `size` bytes. Before its first use it is cleared.
+///
+/// # Errors
+/// [`RenderError::TooLarge`] if the device can't bind that much.
+pub(crate) fn new_buffer(
+    device: &Device,
+    name: &str,
+    size: u64,
+    usage: BufferUsages,
+) -> Result<Buffer, RenderError> {
+    let limit = device.largest_binding();
+    if size > limit {
+        return Err(RenderError::TooLarge {
+            buffer: name.to_owned(),
+            bytes: size,
+            limit,
+        });
+    }
+    Ok(device.device.create_buffer(&BufferDescriptor {
+        label: Some(name),
+        size: buffer_bytes(size),
+        usage: usage | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    }))
+}
+
 impl Resources {
     pub(crate) fn buffer(&self, name: &str) -> &Buffer {
         &self.buffers[name]
@@ -322,23 +353,13 @@ impl Resources {
         size: u64,
         usage: BufferUsages,
     ) -> Result<(), RenderError> {
-        let limit = device.largest_binding();
-        if size > limit {
-            return Err(RenderError::TooLarge {
-                buffer: name.to_owned(),
-                bytes: size,
-                limit,
-            });
-        }
-        let size = size.max(LARGEST_ELEMENT).next_multiple_of(16);
-        let buffer = device.device.create_buffer(&BufferDescriptor {
-            label: Some(name),
-            size,
-            usage: usage | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.buffers.insert(name.to_owned(), buffer);
+        self.add_buffer(name, new_buffer(device, name, size, usage)?);
         Ok(())
+    }
+
+    /// Adds a buffer that was made elsewhere.
+    pub(crate) fn add_buffer(&mut self, name: &str, buffer: Buffer) {
+        self.buffers.insert(name.to_owned(), buffer);
     }
 
     /// Makes a uniform buffer of `size` bytes that begins with `bytes`.

@@ -109,27 +109,26 @@ pub(crate) fn frame_of(
     Plan::new(scene, gpu, bvh, settings, features, Room::CPU).frame
 }
 
-/// A picture's layout in batches, and the frame that they share.
-pub(crate) struct Plan {
-    pub(crate) frame: Frame,
+/// A picture's layout in batches, and what a slot takes.
+pub(crate) struct Layout {
     pub(crate) tiling: Tiling,
     pub(crate) batches: Vec<Batch>,
     /// Slots that can be worked on at once.
     pub(crate) slots: u32,
     slot_bytes: u64,
-    pub(crate) samples: Vec<[f32; 2]>,
-    pub(crate) sample_count: u32,
+    stack_capacity: u32,
+    item_words: u32,
+    suspended_words: u32,
     /// Slots may take what they are ordered to, not the pixels of tiles.
     orders: bool,
 }
 
-impl Plan {
+impl Layout {
+    /// Of the scene it takes no more than what its features are, and the limits that its hierarchy needs.
     pub(crate) fn new(
-        scene: &Scene,
-        gpu: &GpuScene,
-        bvh: &Bvh,
         settings: &RenderSettings,
         features: ProgramFeatures,
+        limits: Limits,
         room: Room,
     ) -> Self {
         let region = settings.visible_region();
@@ -148,7 +147,7 @@ impl Plan {
             .min(MOST_LEVELS - EXTRA_ITEMS);
         let item_words = item_words(features);
         let suspended_words = if features.has(Feature::LongRays) {
-            let below = Limits::for_depth(bvh.depth).traversal_stack - STACK_VARIABLES;
+            let below = limits.traversal_stack - STACK_VARIABLES;
             SUSPENDED_HEAD + below.div_ceil(2)
         } else if features.has(Feature::Contact) {
             SUSPENDED_HEAD
@@ -161,7 +160,53 @@ impl Plan {
         let batch_pixels = settings.batch_pixels.unwrap_or(room.pixels).min(MOST_SLOTS);
         let slots = (room.state_bytes / slot_bytes).min(u64::from(batch_pixels)) as u32;
         let tiles_at_once = (slots / TILE_PIXELS).max(1);
-        let batches = tiling.batches(tiles_at_once);
+        Self {
+            tiling,
+            batches: tiling.batches(tiles_at_once),
+            slots: tiles_at_once * TILE_PIXELS,
+            slot_bytes,
+            stack_capacity,
+            item_words,
+            suspended_words,
+            orders: settings.tolerance.is_some(),
+        }
+    }
+
+    /// Slots that there have to be.
+    fn needed(&self) -> u32 {
+        let tiles = self.batches.iter().map(|batch| batch.tile_count);
+        if self.orders {
+            self.slots
+        } else {
+            tiles.max().unwrap_or(0) * TILE_PIXELS
+        }
+    }
+
+    /// Of all slots.
+    pub(crate) fn state_bytes(&self) -> u64 {
+        u64::from(self.needed()) * self.slot_bytes
+    }
+}
+
+/// A picture's layout, and the frame that its batches share.
+pub(crate) struct Plan {
+    pub(crate) frame: Frame,
+    pub(crate) layout: Layout,
+    pub(crate) samples: Vec<[f32; 2]>,
+    pub(crate) sample_count: u32,
+}
+
+impl Plan {
+    pub(crate) fn new(
+        scene: &Scene,
+        gpu: &GpuScene,
+        bvh: &Bvh,
+        settings: &RenderSettings,
+        features: ProgramFeatures,
+        room: Room,
+    ) -> Self {
+        let region = settings.visible_region();
+        let layout = Layout::new(settings, features, Limits::for_depth(bvh.depth), room);
         let samples = match settings.tolerance {
             // Orders say where.
             Some(_) => Vec::new(),
@@ -177,10 +222,10 @@ impl Plan {
             picture_size: [settings.width as f32, settings.height as f32],
             window_origin: [region.x, region.y],
             window_size: [region.width, region.height],
-            tile_columns: tiling.columns,
-            stack_capacity,
-            item_words,
-            suspended_words,
+            tile_columns: layout.tiling.columns,
+            stack_capacity: layout.stack_capacity,
+            item_words: layout.item_words,
+            suspended_words: layout.suspended_words,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
             ..gpu.frame()
@@ -202,31 +247,16 @@ impl Plan {
         set_camera(&mut frame, &settings.camera, settings, scene.bounds());
         Self {
             frame,
-            tiling,
-            batches,
-            slots: tiles_at_once * TILE_PIXELS,
-            slot_bytes,
+            layout,
             samples,
             sample_count: settings.samples,
-            orders: settings.tolerance.is_some(),
         }
     }
 
     pub(crate) fn work(&self) -> Work<'_> {
-        let tiles = self
-            .batches
-            .iter()
-            .map(|batch| batch.tile_count)
-            .max()
-            .unwrap_or(0);
-        let slots = if self.orders {
-            self.slots
-        } else {
-            tiles * TILE_PIXELS
-        };
         Work {
-            slots,
-            slot_bytes: self.slot_bytes,
+            slots: self.layout.needed(),
+            slot_bytes: self.layout.slot_bytes,
             samples: &self.samples,
         }
     }
@@ -239,7 +269,7 @@ impl Plan {
         in_batch: f64,
     ) -> Result<(), RenderError> {
         let tiles = f64::from(batch.first_tile) + f64::from(batch.tile_count) * in_batch;
-        let finished = tiles / f64::from(self.tiling.tiles);
+        let finished = tiles / f64::from(self.layout.tiling.tiles);
         match observer(Progress { finished }) {
             ControlFlow::Break(()) => Err(RenderError::Cancelled),
             ControlFlow::Continue(()) => Ok(()),

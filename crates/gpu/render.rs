@@ -96,7 +96,7 @@ pub fn render_with(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, RenderError> {
     check(settings)?;
-    let ahead = Ahead::begin(device, features);
+    let ahead = Ahead::begin(device, features, settings);
     render_ahead(device, scene, bvh, settings, (features, ahead), observer)
 }
 
@@ -250,7 +250,7 @@ impl<'p> Prepared<'p> {
         let mut iterations = 0;
         // A batch is developed while the device works on the next one.
         let mut finished: Option<(Batch, SlotsComing)> = None;
-        for &batch in &plan.batches {
+        for &batch in &plan.layout.batches {
             for sample in 0..settings.samples {
                 let frame = Frame {
                     sample,
@@ -295,8 +295,8 @@ impl<'p> Prepared<'p> {
     /// # Panics
     /// If the picture has more than one batch, of which the device keeps the last alone.
     pub fn read_back(&self) -> Result<Film, RenderError> {
-        let &[batch] = self.plan.batches.as_slice() else {
-            panic!("the picture has {} batches", self.plan.batches.len());
+        let &[batch] = self.plan.layout.batches.as_slice() else {
+            panic!("the picture has {} batches", self.plan.layout.batches.len());
         };
         let mut developed = Developed::of(self.settings);
         let slots = self.fetch(batch);
@@ -382,7 +382,7 @@ impl Developed {
         let share = f64::from(plan.sample_count).recip();
         Ok(slots.each(device, |index, slot| {
             // The others are not the picture's, and nothing is stored of them.
-            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, index as u32) {
+            if let Some(pixel) = plan.layout.tiling.pixel_of_slot(batch, index as u32) {
                 self.dropped.add(&slot);
                 let [r, g, b, alpha] = slot.radiance.map(|sum| (f64::from(sum) * share) as f32);
                 self.film.radiance[pixel] = [r, g, b];
@@ -418,14 +418,14 @@ fn render_aovs(
 ) -> Result<Aovs, RenderError> {
     let mut aovs = Aovs::missed(rays.len());
     aovs.rays = rays;
-    for &batch in &plan.batches {
+    for &batch in &plan.layout.batches {
         pass.write(device, "frame", bytes_of(&plan.frame_of(batch)));
         pass.submit(device, batch.tile_count);
         let size = u64::from(batch.tile_count * TILE_PIXELS) * size_of::<Aov>() as u64;
         let bytes = pass.read(device, "aovs", size)?;
         let layers: &[Aov] = cast_slice(&bytes);
         for (layer, slot) in layers.iter().zip(0_u32..) {
-            if let Some(pixel) = plan.tiling.pixel_of_slot(batch, slot) {
+            if let Some(pixel) = plan.layout.tiling.pixel_of_slot(batch, slot) {
                 develop_aov(scene, layer, pixel, &mut aovs);
             }
         }

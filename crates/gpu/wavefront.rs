@@ -15,11 +15,11 @@ use wgpu::{
 };
 
 use crate::{
-    ahead::{Ahead, picture_pipelines},
+    ahead::{Ahead, begun_ahead},
     batch::TILE_PIXELS,
     device::{Device, DeviceError},
     error::RenderError,
-    pass::Work,
+    pass::{Work, binding_bytes},
     pipeline::{ComingBack, Pipeline, Resources, Workgroups, mapped, submit},
     program::{Feature, ProgramFeatures},
     source::Limits,
@@ -158,11 +158,15 @@ impl Wavefront {
         work: &Work<'_>,
     ) -> Result<Self, RenderError> {
         let mut resources = Resources::default();
+        let state_bytes = binding_bytes("state", gpu_scene, work);
+        let (pipelines, state) = begun_ahead(device, features, limits, state_bytes)?;
+        if let Some(state) = state {
+            resources.add_buffer("state", state);
+        }
         let mut bound = |pipeline| {
             let given = (gpu_scene, work);
             Bound::new(device, pipeline, &mut resources, given)
         };
-        let pipelines = picture_pipelines(device, features, limits)?;
         let [camera_rays, trace_rays, shade_hits] = pipelines.map(&mut bound);
         let (camera_rays, trace_rays, shade_hits) = (camera_rays?, trace_rays?, shade_hits?);
         let buffer = |label, size, usage| {

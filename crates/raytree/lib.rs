@@ -129,7 +129,7 @@ pub fn render_with_features(
     features: ProgramFeatures,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    let ahead = Ahead::begin(device, features);
+    let ahead = Ahead::begin(device, features, settings);
     let started = Instant::now();
     let bvh = build_bvh(scene, preset)?;
     let bvh_time = started.elapsed();

@@ -138,7 +138,7 @@ impl<'a> Lab<'a> {
         }
         let bvh = &self.hierarchies[name(setting.bvh)];
         let features = ProgramFeatures::of(&SceneFeatures::of(self.scene), settings);
-        let ahead = Ahead::begin(self.device, features);
+        let ahead = Ahead::begin(self.device, features, settings);
         let mut prepared = Prepared::new(self.device, self.scene, bvh, settings, features)?;
         prepared.compile(ahead)?;
 

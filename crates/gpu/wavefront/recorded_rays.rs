@@ -95,7 +95,7 @@ impl Prepared<'_> {
             camera_rays: Vec::new(),
             recorded: RecordedRays::default(),
         };
-        for &batch in &self.plan.batches {
+        for &batch in &self.plan.layout.batches {
             for sample in 0..self.settings.samples {
                 recorder.camera_rays = self.camera_rays(batch, sample)?;
                 recorder.run(&Frame {
@@ -114,7 +114,11 @@ impl Prepared<'_> {
         let [x, y] = plan.samples[sample as usize].map(f32::to_bits);
         let call = |slot: u32| -> PieceCall {
             // Slots beyond the window begin with none; any will do.
-            let pixel = plan.tiling.pixel_of_slot(batch, slot).unwrap_or_default() as u32;
+            let pixel = plan
+                .layout
+                .tiling
+                .pixel_of_slot(batch, slot)
+                .unwrap_or_default() as u32;
             let [column, row] = [pixel % region.width, pixel / region.width];
             let mut call = PieceCall::default();
             call[..4].copy_from_slice(&[region.x + column, region.y + row, x, y]);
