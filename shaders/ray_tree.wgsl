@@ -278,8 +278,9 @@ fn branch_of(which: u32, item: WorkItem, surface: Surface, crossing: Crossing, f
 fn next_shadow_ray(item: WorkItem, surface: Surface, made: Interface) -> WorkItem {
     var next = item;
     next.kind = LIGHTS;
+    let all = loop_end(frame.light_count);
     loop {
-        if (next.light >= frame.light_count || next.light - item.light >= LIGHTS_AT_ONCE) {
+        if (next.light >= all || next.light - item.light >= LIGHTS_AT_ONCE) {
             break;
         }
         let light = sample_light(next.light, surface.position);
@@ -555,7 +556,8 @@ fn gather_contact(item: WorkItem, hit: Hit, gathering: bool) -> bool {
 
 // What lies below the item that was taken from the stack.
 fn item_below(slot: u32, index: u32) -> WorkItem {
-    return item_of(load_state(FIRST_ITEM_WORD, FIRST_ITEM_WORD + frame.item_words, slot, index, pending - 1u).item);
+    let end = loop_end(FIRST_ITEM_WORD + frame.item_words);
+    return item_of(load_state(FIRST_ITEM_WORD, end, slot, index, pending - 1u).item);
 }
 
 // What is stored of an entry: of a camera ray no item, and with the first sample no sum, but the order where there are orders.

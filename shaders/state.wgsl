@@ -23,7 +23,7 @@ fn item_word(slot: u32, level: u32) -> u32 {
     return frame.slot_count * (SLOT_WORDS + HIT_WORDS) + (level * frame.slot_count + slot) * frame.item_words;
 }
 
-// The first word of what a slot's traversal leaves when it is suspended.
+// The first word of what a slot's traversal leaves when it is suspended, and of the lower part of its stack, which lies there at any time.
 fn suspended_word(slot: u32) -> u32 {
     return item_word(0u, frame.stack_capacity + EXTRA_ITEMS) + slot * frame.suspended_words;
 }
@@ -47,13 +47,19 @@ fn met_of_word(word: vec4u) -> u32 {
     return word.w >> MET_SHIFT;
 }
 
+// Where a loop ends that drivers are not to unroll. The 0 comes from storage: lavapipe before Mesa 23 compiles a kernel anew for
+// each dispatch if numbers that lie in a uniform buffer alone decide how often a loop runs, or which way a condition goes.
+fn loop_end(count: u32) -> u32 {
+    return count + list_in[0].w;
+}
+
 // Words that belong together, one after the other.
 const WORDS_AT_ONCE: u32 = 5u;
 alias Words = array<vec4u, WORDS_AT_ONCE>;
 
 // The first `count` of them.
 fn store_words(first: u32, words: Words, count: u32) {
-    let end = count + frame.zero;
+    let end = loop_end(count);
     for (var k = 0u; k < end; k++) {
         var word = words[0];
         word = select(word, words[1], k == 1u);
@@ -66,7 +72,7 @@ fn store_words(first: u32, words: Words, count: u32) {
 
 fn load_words(first: u32, count: u32) -> Words {
     var words: Words;
-    let end = count + frame.zero;
+    let end = loop_end(count);
     for (var k = 0u; k < end; k++) {
         let word = state[first + k];
         words[0] = select(words[0], word, k == 0u);

@@ -21,11 +21,14 @@ fn has_orders() -> bool {
 }
 
 fn order_of(slot: u32, word: vec4u) -> Order {
-    if (has_orders()) {
-        let pixel = vec2u(word.x % frame.window_size.x, word.x / frame.window_size.x);
-        return Order(pixel, bitcast<vec2f>(word.yz), word.w);
-    }
-    return Order(pixel_of_slot(slot), vec2f(0.0), frame.negligible);
+    // Chosen, not branched on: see loop_end of state.wgsl.
+    let ordered = has_orders();
+    let pixel = vec2u(word.x % frame.window_size.x, word.x / frame.window_size.x);
+    return Order(
+        select(pixel_of_slot(slot), pixel, ordered),
+        select(vec2f(0.0), bitcast<vec2f>(word.yz), ordered),
+        select(frame.negligible, word.w, ordered),
+    );
 }
 
 // Codes of 8 bits in steps of half an octave, from 2^-96 to 2^31.

@@ -64,9 +64,6 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     if (HAS_INSTANCES) {
         met = 0u;
     }
-    if (frame.triangle_count == 0u) {
-        return hit;
-    }
     var ray = box_ray(origin, direction);
     if (HAS_INSTANCES) {
         ray = ray_without(origin, direction);
@@ -77,7 +74,7 @@ fn trace(origin: vec3f, direction: vec3f, start: f32, left: u32, t_max: f32, sha
     }
     groups.height = 0u;
     groups.pairs_below = 0u;
-    var group = vec2u(0u, 0x80000000u); // the root
+    var group = vec2u(0u, 0x80000000u); // the root, which a scene without triangles has as well
     if (HAS_LONG_RAYS) {
         if (suspended) {
             hit = resume();

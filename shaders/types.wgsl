@@ -23,7 +23,7 @@ struct Frame {
     start_up: vec3f, // .. at the upper edge
     start_depth: f32, // of ray_start before the camera
     ambient: vec3f,
-    triangle_count: u32,
+    unused: u32,
     background: vec3f,
     background_kind: u32, // BACKGROUND_*
     branch_bound: vec3f, // what any spawned ray could bring: tolerance.wgsl
@@ -46,12 +46,12 @@ struct Frame {
     rotation_sin: f32,
     max_rays: u32, // of a sample's tree, shadow rays left out
     camera_media: vec2u, // what the camera is in: media.wgsl
-    zero: u32, // always 0, which compilers can't know: precise.wgsl, state.wgsl
+    zero: u32, // always 0, which compilers can't know: precise.wgsl
     tolerance: f32, // without HAS_ERROR_BOUNDS: hits nearer than this, in lengths of the ray's direction, are ignored
     item_words: u32, // of an item on the ray stack, as many as are in use: the last one only where a ray may have media, or holes behind it
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
-    suspended_words: u32, // that a slot's traversal leaves when it is suspended: state.wgsl
+    suspended_words: u32, // that a slot's traversal leaves when it is suspended, and of the lower part of its stack: state.wgsl
     branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
@@ -185,7 +185,7 @@ struct WorkList {
     workgroups: atomic<u32>, // of the longest part
     parts: u32, // LIST_PARTS
     workgroups_z: u32, // 1
-    unused: u32,
+    zero: u32, // always 0: loop_end of state.wgsl
     lengths: array<PartLength, LIST_PARTS>,
 }
 

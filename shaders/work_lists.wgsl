@@ -66,7 +66,7 @@ const TRACED_SUSPENDED: u32 = 2u; // beside HIT_BACK
 fn store_traced(index: u32, slot: u32, hit: Hit) {
     let word = word_of_hit(hit);
     if (HAS_LONG_RAYS) {
-        let end = select(1u, 1u + TRAVERSAL_WORDS, suspended) + frame.zero;
+        let end = loop_end(select(1u, 1u + TRAVERSAL_WORDS, suspended));
         for (var k = 0u; k < end; k++) {
             var stored = word | vec4u(0u, 0u, 0u, select(0u, TRACED_SUSPENDED, suspended));
             stored = select(stored, left_traversal[0], k == 1u);

@@ -4,7 +4,8 @@
 #
 #   tests/drivers.sh pictures   every scene of assets/, both models: at most 1e-4 off the installed driver's picture on average
 #   tests/drivers.sh stress     the stress suite on each driver; tables in target/tmp/drivers/stress-DRIVER.md
-#   tests/drivers.sh            both
+#   tests/drivers.sh compiled   Mesa 22.3.6 compiles a kernel once, not for each dispatch (see loop_end in shaders/state.wgsl)
+#   tests/drivers.sh            all of it
 #
 # RAYTREE=path picks another program than target/release/raytree.
 set -euo pipefail
@@ -52,6 +53,23 @@ pictures() {
   done
 }
 
+# Without the driver's cache, kernels that are compiled anew for each dispatch make rendering take many times as long as compiling them
+# once: a dozen iterations of a quarter of a second each.
+compiled() {
+  local scene flags times
+  for scene in assets/*.glb assets/*.gltf; do
+    for flags in '' '--tolerance 0.05'; do
+      # shellcheck disable=SC2086
+      times=$(MESA_SHADER_CACHE_DISABLE=true on mesa-22.3.6 "$raytree" render "$scene" --size 64x48 $flags --json \
+        -o "$folder/pictures/compiled.png" 2>/dev/null | tr -d ' \n' | grep -o '"time_ms":{[^}]*}' |
+        grep -o '"\(compile\|render\)":[0-9.]*' | tr '\n' ' ')
+      printf '%-16s %-16s %s\n' "$(basename "${scene%.*}")" "$flags" "$times"
+      tr ' ' '\n' <<<"$times" |
+        awk -F: '{ took[$1] = $2 } END { exit !(took["\"render\""] < took["\"compile\""]) }' || failed=1
+    done
+  done
+}
+
 stress() {
   local driver
   for driver in installed mesa-22.3.6 swiftshader; do
@@ -65,8 +83,9 @@ unpack swiftshader chromium-common usr/lib/chromium/libvk_swiftshader.so usr/lib
 for driver in installed mesa-22.3.6 swiftshader; do on "$driver" "$raytree" devices; done
 case ${1:-all} in
   pictures) pictures ;;
+  compiled) compiled ;;
   stress) stress ;;
-  all) pictures; stress ;;
-  *) echo "usage: tests/drivers.sh [pictures|stress]" >&2; exit 2 ;;
+  all) pictures; compiled; stress ;;
+  *) echo "usage: tests/drivers.sh [pictures|compiled|stress]" >&2; exit 2 ;;
 esac
 exit $failed

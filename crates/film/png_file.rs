@@ -53,7 +53,7 @@ fn displayed(radiance: [f32; 3], alpha: f32, gain: f32, tone: ToneMap) -> [f32; 
     tone.apply(radiance.map(|c| c * scale)).map(srgb_encode)
 }
 
-/// A PNG file's bytes from channels as `color` says, row after row. Quickly rather than tightly: files are a fifth to a third larger than
+/// A PNG file's bytes from channels as `color` says, row after row. Quickly rather than tightly: files are a seventh to a third larger than
 /// by the default of the encoder, in less than half of its time.
 pub(crate) fn encode(
     width: u32,

@@ -22,6 +22,7 @@ use crate::{
     pipeline::{Pipeline, buffer_bytes, new_buffer},
     plan::{HIT_WORDS, ITEM_WORDS, Layout, Room, SLOT_WORDS, WORD_BYTES},
     program::{Kernel, ProgramFeatures, assemble},
+    render::check,
     settings::{RenderSettings, Shading},
     source::{Limits, SOURCE_FILES},
     upload::GpuScene,
@@ -31,7 +32,7 @@ use crate::{
 /// The kernel that takes longest. It knows nothing of the hierarchy, so it is the same whatever the [`Limits`] are.
 const LARGEST: Kernel = Kernel::ShadeHits;
 
-/// Pipelines that are being created.
+/// Pipelines that are being created, and the state for them.
 #[derive(Debug)]
 pub(crate) struct CreatedAhead {
     features: ProgramFeatures,
@@ -64,6 +65,15 @@ impl Ahead {
         let compiling = Arc::default();
         let mut place = None;
         let mut mark = None;
+        if check(settings).is_err() {
+            // Who renders is told; nothing is made of what may be beyond all bounds.
+            return Self {
+                thread: None,
+                compiling,
+                mark,
+                device: device.clone(),
+            };
+        }
         if compiles_when_dispatched(device.info()) && locked(&device.compiled).insert(features) {
             mark = mark_of(device.info(), features);
             if !mark.as_ref().is_some_and(|mark| mark.exists()) {
@@ -78,8 +88,18 @@ impl Ahead {
         }
     }
 
+    /// Waits until the thread is done, if it was not waited for where its pipelines were taken.
+    fn join(&self) {
+        let ours = |created: &CreatedAhead| Some(created.thread.thread().id()) == self.thread;
+        if let Some(created) = take_created(&self.device, ours) {
+            // A panic there has said so itself; rendering goes on without.
+            let _ = created.thread.join();
+        }
+    }
+
     /// Waits until the largest kernel is compiled, and in the driver's cache.
     pub(crate) fn wait(&mut self) {
+        self.join();
         let compiling = locked(&self.compiling).take();
         // The cache has been written when the device has been dropped.
         let compiled = compiling.is_some_and(|device| device.wait().is_ok());
@@ -100,11 +120,6 @@ impl Ahead {
 impl Drop for Ahead {
     /// Waits until all is done: also where there is no picture after all, since a process must not end while a thread compiles.
     fn drop(&mut self) {
-        let ours = |created: &CreatedAhead| Some(created.thread.thread().id()) == self.thread;
-        if let Some(created) = take_created(&self.device, ours) {
-            // A panic there has said so itself; rendering goes on without.
-            let _ = created.thread.join();
-        }
         self.wait();
     }
 }

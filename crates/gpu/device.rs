@@ -27,7 +27,7 @@ pub struct Device {
     info: DeviceInfo,
     /// What was compiled ahead (`crate::ahead`).
     pub(crate) compiled: Arc<Mutex<HashSet<ProgramFeatures>>>,
-    /// Pipelines that are being created ahead, for who renders next.
+    /// Pipelines and state that are being made ahead, for who renders next.
     pub(crate) created: Arc<Mutex<Vec<CreatedAhead>>>,
     /// The first error that wgpu reported outside of a call's own result.
     uncaptured: Arc<Mutex<Option<String>>>,

@@ -74,7 +74,7 @@ pub(crate) const EXTRA_ITEMS: u32 = 2;
 /// Words of 16 bytes that a suspended traversal takes beside the lower part of its stack; of the same name in `shaders/ray_stack.wgsl`.
 pub(crate) const SUSPENDED_HEAD: u32 = 9;
 
-/// Of the same name in `shaders/traverse.wgsl`.
+/// Of the same name in `shaders/traversal_stack.wgsl`.
 pub(crate) const STACK_VARIABLES: u32 = 4;
 
 /// Slots and levels of a stack that an entry of a list can name (`shaders/work_lists.wgsl`).
@@ -218,7 +218,6 @@ impl Plan {
             min_weight: settings.min_weight,
             max_rays: most_rays(settings),
             ambient: in_range(scene.surroundings.ambient).to_array(),
-            triangle_count: bvh.leaf_triangles.len() as u32,
             picture_size: [settings.width as f32, settings.height as f32],
             window_origin: [region.x, region.y],
             window_size: [region.width, region.height],

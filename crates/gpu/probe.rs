@@ -216,7 +216,6 @@ impl<'d> Bulk<'d> {
         let limits = Limits::for_depth(bvh.depth);
         let pass = Pass::new(device, kernel, features, limits, &gpu_scene, &work)?;
         let frame = Frame {
-            triangle_count: bvh.leaf_triangles.len() as u32,
             tolerance: numerics.tolerance,
             ..gpu_scene.frame()
         };

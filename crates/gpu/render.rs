@@ -311,7 +311,7 @@ impl<'p> Prepared<'p> {
     }
 }
 
-fn check(settings: &RenderSettings) -> Result<(), RenderError> {
+pub(crate) fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     let region = settings.visible_region();
     let fail = |text: &str| Err(RenderError::Settings(text.to_owned()));
     if region.width == 0 || region.height == 0 {

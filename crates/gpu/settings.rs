@@ -131,8 +131,8 @@ impl RenderSettings {
     pub const TOLERANCE_DEPTH: u32 = 256;
 
     /// The least weight of a branch unless ..: one step of an 8-bit channel, as in POV-Ray (its `adc_bailout` is 1/255). What that leaves out
-    /// of our ten scenes is a twentieth of what one sample a pixel leaves out at their edges, and less (ARCHITECTURE.md, "Where branches
-    /// end"); 1/1000 takes up to half as long again.
+    /// of our ten scenes is a fortieth of what one sample a pixel is off by, and less; 1/1000 takes up to half as many rays again
+    /// (benches/README.md, "The least weight").
     pub const MIN_WEIGHT: f32 = 1.0 / 256.0;
 
     /// As [`Self::new`], to a tolerance: what it needs of samples, depth and rays, and no branch ends because of its weight alone.

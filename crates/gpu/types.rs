@@ -49,7 +49,7 @@ pub struct Frame {
     pub start_up: [f32; 3],
     pub start_depth: f32,
     pub ambient: [f32; 3],
-    pub triangle_count: u32,
+    pub unused: u32,
     pub background: [f32; 3],
     pub background_kind: u32,
     pub branch_bound: [f32; 3],
@@ -199,7 +199,7 @@ pub struct WorkList {
     pub workgroups: u32,
     pub parts: u32,
     pub workgroups_z: u32,
-    pub unused: u32,
+    pub zero: u32,
     pub lengths: [PartLength; LIST_PARTS as usize],
 }
 
@@ -221,7 +221,7 @@ impl WorkList {
         workgroups: 0,
         parts: LIST_PARTS,
         workgroups_z: 1,
-        unused: 0,
+        zero: 0,
         lengths: [PartLength {
             entries: 0,
             padding: [0; 15],

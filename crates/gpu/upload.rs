@@ -2,7 +2,7 @@
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::{DVec3, Vec3};
-use raytree_bvh::{Bvh, INSTANCE};
+use raytree_bvh::{Bvh, INSTANCE, Node};
 use raytree_scene::{
     environment::EquirectMap,
     features::{transmits, whitted_transmits},
@@ -100,6 +100,9 @@ pub struct GpuScene<'a> {
     pub environment_levels: [EnvironmentLevel; ENVIRONMENT_LEVELS],
 }
 
+/// The root of a scene without triangles: whatever is traced there meets nothing, and no kernel has to ask.
+const NO_CHILDREN: [Node; 1] = [[0; 20]];
+
 impl<'a> GpuScene<'a> {
     /// Lays out `scene`, with its hierarchy, for a program with these features.
     ///
@@ -147,6 +150,7 @@ impl<'a> GpuScene<'a> {
         let leaves = self.bvh.leaf_triangles.len();
         let triangle = |leaf| self.triangle(leaf);
         Some(match name {
+            "nodes" if self.bvh.nodes.is_empty() => wide(cast_slice(&NO_CHILDREN)),
             "nodes" => wide(cast_slice(&self.bvh.nodes)),
             "leaf_vertices" => Table::wide_of(leaves, |leaf| self.leaf_vertices(leaf)),
             "leaf_triangles" => {

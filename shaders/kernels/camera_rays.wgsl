@@ -1,15 +1,12 @@
 // Begins a sample of every pixel of a batch: the first list.
 
 fn has_camera_ray(slot: u32) -> bool {
+    let in_picture = slot < frame.slot_count && inside_window(pixel_of_slot(slot));
     if (HAS_TOLERANCE) {
-        if (has_orders()) {
-            return slot < frame.order_count;
-        }
+        // Chosen, not branched on: see loop_end of state.wgsl.
+        return select(in_picture, slot < frame.order_count, has_orders());
     }
-    if (slot >= frame.slot_count) {
-        return false;
-    }
-    return inside_window(pixel_of_slot(slot));
+    return in_picture;
 }
 
 @compute @workgroup_size(64)

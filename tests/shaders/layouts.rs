@@ -54,7 +54,7 @@ fn on_host() -> Vec<Layout> {
         Frame {
             ray_start sample camera_right max_depth camera_up light_count camera_forward min_weight
             start_right start_t start_up start_depth ambient
-            triangle_count background background_kind branch_bound order_count
+            unused background background_kind branch_bound order_count
             picture_size window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
             tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible suspended_words branch_mean light_share
@@ -72,7 +72,7 @@ fn on_host() -> Vec<Layout> {
         }
         Medium { absorption ior priority unused_0 unused_1 unused_2 }
         Slot { radiance rays common_rays dropped_storage dropped_budget }
-        WorkList { workgroups parts workgroups_z unused lengths }
+        WorkList { workgroups parts workgroups_z zero lengths }
         PartLength { entries padding }
         ProbeRay { origin t_max direction shadow }
         ProbeHit { t u v triangle }
