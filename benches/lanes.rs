@@ -5,13 +5,7 @@
 
 mod support;
 
-use glam::{UVec2, Vec3A};
-use obvhs::{
-    cwbvh::{CwBvh, node::CwBvhNode},
-    ray::Ray,
-    rt_triangle::RtTriangle,
-    traverse,
-};
+use raytree_bvh::CpuTraversal;
 use raytree_gpu::{RecordedRays, types::ProbeRay};
 use support::{Effort, frames::Subject, rays};
 
@@ -25,88 +19,28 @@ const OTHER_HITS: f64 = 1e-3;
 /// Of a ray: for each node that it visits, how many triangles it tests there.
 type Visits = Vec<u8>;
 
-/// A hierarchy and its triangles as obvhs has them.
-struct Walked {
-    tree: CwBvh,
-    triangles: Vec<RtTriangle>,
-}
-
-impl Walked {
-    fn new(subject: &Subject) -> Self {
-        let geometry = &subject.scene.geometry;
-        let triangle = |&index: &u32| {
-            let corners = geometry.triangles[index as usize].vertices;
-            let [a, b, c] = corners.map(|v| Vec3A::from(geometry.positions[v as usize]));
-            RtTriangle::new(a, b, c)
-        };
-        let bvh = &subject.bvh;
-        Self {
-            triangles: bvh.leaf_triangles.iter().map(triangle).collect(),
-            tree: CwBvh {
-                nodes: bvh
-                    .nodes
-                    .iter()
-                    .map(|&node| bytemuck::cast::<_, CwBvhNode>(node))
-                    .collect(),
-                primitive_indices: bvh.leaf_triangles.clone(),
-                ..CwBvh::default()
-            },
-        }
-    }
-
-    /// What a ray visits, and the triangle that it hits.
-    fn walk(&self, ray: &ProbeRay) -> (Visits, Option<u32>) {
-        let (mut visits, mut hit) = (Visits::new(), None);
-        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let mut line = Ray::new(origin, direction, 0.0, ray.t_max);
-        let mut state = self.tree.new_traversal(direction);
-        let mut node;
-        let tree = &self.tree;
-        traverse!(
-            tree,
-            node,
-            state,
-            {
-                visits.push(0);
-                node.intersect_ray(&line, state.oct_inv4)
-            },
-            {
-                if let Some(tests) = visits.last_mut() {
-                    *tests += 1;
-                }
-                let leaf = state.primitive_id as usize;
-                let t = self.triangles[leaf].intersect(&line);
-                if t < line.tmax {
-                    line.tmax = t;
-                    hit = Some(tree.primitive_indices[leaf]);
-                    if ray.shadow != 0 {
-                        break;
-                    }
-                }
-            }
-        );
-        (visits, hit)
-    }
-
-    /// # Panics
-    /// If too many hit something else than they did in the frame.
-    fn walk_all(&self, name: &str, recorded: &RecordedRays) -> Vec<Visits> {
-        let mut other = 0;
-        let walked = recorded.rays.iter().zip(&recorded.triangles);
-        let all: Vec<Visits> = walked
-            .map(|(ray, &triangle)| {
-                let (visits, hit) = self.walk(ray);
-                other += usize::from(ray.shadow == 0 && hit.unwrap_or(u32::MAX) != triangle);
-                visits
-            })
-            .collect();
-        assert!(
-            other as f64 <= OTHER_HITS * all.len() as f64,
-            "{name}: {other} of {} rays hit something else",
-            all.len()
-        );
-        all
-    }
+/// What all rays visit.
+///
+/// # Panics
+/// If too many hit something else than they did in the frame.
+fn walk_all(subject: &Subject, recorded: &RecordedRays) -> Vec<Visits> {
+    let cpu = CpuTraversal::new(&subject.bvh, &rays::triangles(&subject.scene));
+    let mut other = 0;
+    let walk = |(ray, &triangle): (&ProbeRay, &u32)| {
+        let any = ray.shadow != 0;
+        let (visits, hit) = cpu.visits(ray.origin.into(), ray.direction.into(), ray.t_max, any);
+        other += usize::from(!any && hit.unwrap_or(u32::MAX) != triangle);
+        visits
+    };
+    let traced = recorded.rays.iter().zip(&recorded.triangles);
+    let all: Vec<Visits> = traced.map(walk).collect();
+    assert!(
+        other as f64 <= OTHER_HITS * all.len() as f64,
+        "{}: {other} of {} rays hit something else",
+        subject.name,
+        all.len()
+    );
+    all
 }
 
 /// A name, and what makes its subject.
@@ -250,7 +184,7 @@ fn main() {
             .prepared(&device, &subject.settings)
             .recorded_rays()
             .unwrap_or_else(|error| panic!("{error}"));
-        let all = Walked::new(&subject).walk_all(name, &recorded);
+        let all = walk_all(&subject, &recorded);
         let mean = |sum: usize| sum as f64 / all.len() as f64;
         println!(
             "lanes/{name}: {} rays, each {:.1} nodes, {:.1} triangles",

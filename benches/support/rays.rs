@@ -133,13 +133,18 @@ pub fn height(x: f32, z: f32) -> f32 {
     0.1 * (9.0 * x + 4.0 * z).sin() + 0.03 * (31.0 * x * z).cos() + 0.005 * (170.0 * (x - z)).sin()
 }
 
+/// Corners of each of a scene's triangles.
+pub fn triangles(scene: &Scene) -> Vec<[Vec3; 3]> {
+    let geometry = &scene.geometry;
+    let corner = |vertex: u32| geometry.positions[vertex as usize];
+    let corners = geometry.triangles.iter().map(|t| t.vertices.map(corner));
+    corners.collect()
+}
+
 impl Stage {
     /// Corners of each triangle.
     pub fn triangles(&self) -> Vec<[Vec3; 3]> {
-        let geometry = &self.scene.geometry;
-        let corner = |vertex: u32| geometry.positions[vertex as usize];
-        let corners = geometry.triangles.iter().map(|t| t.vertices.map(corner));
-        corners.collect()
+        triangles(&self.scene)
     }
 
     /// The scene with its light, of surfaces that mirror a little, and the view of it: to be rendered.

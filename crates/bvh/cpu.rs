@@ -1,11 +1,12 @@
 //! obvhs's own traversal, on the CPU, of the very hierarchy that is uploaded: what the device's traversal is measured against
 //! (`benches/traversal.rs`). No picture is made by it.
 
-use glam::{Vec3, Vec3A};
+use glam::{UVec2, Vec3, Vec3A};
 use obvhs::{
     cwbvh::{CwBvh, node::CwBvhNode},
     ray::{Ray, RayHit},
     rt_triangle::RtTriangle,
+    traverse,
 };
 
 use crate::{Bvh, Node};
@@ -65,6 +66,47 @@ impl CpuTraversal {
             t: hit.t,
             triangle: self.tree.primitive_indices[hit.primitive_id as usize],
         })
+    }
+
+    /// Of each node that a ray visits, how many triangles it tests there; and the triangle that it hits: the closest, or with `any` the
+    /// first that it finds.
+    #[must_use]
+    pub fn visits(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        t_max: f32,
+        any: bool,
+    ) -> (Vec<u8>, Option<u32>) {
+        let (mut visits, mut hit) = (Vec::new(), None);
+        let mut ray = Ray::new(origin.into(), direction.into(), 0.0, t_max);
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        let tree = &self.tree;
+        traverse!(
+            tree,
+            node,
+            state,
+            {
+                visits.push(0);
+                node.intersect_ray(&ray, state.oct_inv4)
+            },
+            {
+                if let Some(tests) = visits.last_mut() {
+                    *tests += 1;
+                }
+                let leaf = state.primitive_id as usize;
+                let t = self.triangles[leaf].intersect(&ray);
+                if t < ray.tmax {
+                    ray.tmax = t;
+                    hit = Some(tree.primitive_indices[leaf]);
+                    if any {
+                        break;
+                    }
+                }
+            }
+        );
+        (visits, hit)
     }
 
     /// Whether a ray hits anything there: it ends at the first triangle found, closest or not.

@@ -108,7 +108,8 @@ impl Sweep {
         ladders.push(ladder(
             Knob::MinWeight,
             &fixed,
-            [0.1, 0.03, 0.01, 1.0 / 256.0, 0.001].map(|min_weight| Setting { min_weight, ..few }),
+            [0.1, 0.03, 0.01, Setting::default().min_weight, 0.001]
+                .map(|min_weight| Setting { min_weight, ..few }),
         ));
         use crate::setting::Bvh::{Balanced, Best, Fast};
         ladders.push(ladder(

@@ -1,6 +1,6 @@
-//! What a picture needs of the driver, begun while its hierarchy is built: its state is cleared, its pipelines are created. And lavapipe compiles
-//! a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then, another device of the
-//! same name dispatches it before all else, and the driver's cache on disk hands the result over.
+//! What a picture needs of the driver, begun while its hierarchy is built: its state is cleared, its pipelines are created. And
+//! lavapipe compiles a kernel at its first dispatch, on the thread of the device's queue; so that the largest is compiled by then,
+//! another device of the same name dispatches it before all else, and the driver's cache on disk hands the result over.
 
 use std::{
     collections::hash_map::DefaultHasher,
@@ -65,23 +65,21 @@ impl Ahead {
         let compiling = Arc::default();
         let mut place = None;
         let mut mark = None;
-        if check(settings).is_err() {
-            // Who renders is told; nothing is made of what may be beyond all bounds.
-            return Self {
-                thread: None,
-                compiling,
-                mark,
-                device: device.clone(),
-            };
-        }
-        if compiles_when_dispatched(device.info()) && locked(&device.compiled).insert(features) {
+        // If not, who renders is told; nothing is made of what may be beyond all bounds.
+        let can_render = check(settings).is_ok();
+        if can_render
+            && compiles_when_dispatched(device.info())
+            && locked(&device.compiled).insert(features)
+        {
             mark = mark_of(device.info(), features);
             if !mark.as_ref().is_some_and(|mark| mark.exists()) {
                 place = Some(Arc::clone(&compiling));
             }
         }
         Self {
-            thread: begin(device, features, settings, place),
+            thread: can_render
+                .then(|| begin(device, features, settings, place))
+                .flatten(),
             compiling,
             mark,
             device: device.clone(),
@@ -136,7 +134,7 @@ fn begin(
     compiling: Option<Arc<Mutex<Option<Device>>>>,
 ) -> Option<ThreadId> {
     let limits = Limits::for_depth(0);
-    let state = begin_clearing(device, &Layout::new(settings, features, limits, Room::CPU));
+    let state = begin_clearing(device, features, settings, limits);
     let on = device.clone();
     let creating = move || {
         // First: all else is done before that is compiled.
@@ -162,12 +160,19 @@ fn begin(
 }
 
 /// The state of a picture, which a processor clears meanwhile. A GPU has no time to spare for that, but memory that is wanted elsewhere.
-fn begin_clearing(device: &Device, layout: &Layout) -> Option<Buffer> {
+fn begin_clearing(
+    device: &Device,
+    features: ProgramFeatures,
+    settings: &RenderSettings,
+    limits: Limits,
+) -> Option<Buffer> {
     if !device.info().cpu {
         return None;
     }
+    let layout = Layout::new(settings, features, limits, Room::of(device));
+    let bytes = layout.work(&[]).state_bytes();
     // Where it is refused, whoever renders meets that again.
-    let state = new_buffer(device, "state", layout.state_bytes(), READABLE).ok()?;
+    let state = new_buffer(device, "state", bytes, READABLE).ok()?;
     let mut encoder = device.device.create_command_encoder(&Default::default());
     encoder.clear_buffer(&state, 0, None);
     device.queue.submit([encoder.finish()]);

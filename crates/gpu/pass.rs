@@ -28,6 +28,13 @@ pub(crate) struct Work<'a> {
     pub(crate) samples: &'a [[f32; 2]],
 }
 
+impl Work<'_> {
+    /// What `state` takes.
+    pub(crate) fn state_bytes(&self) -> u64 {
+        u64::from(self.slots) * self.slot_bytes
+    }
+}
+
 /// What kernels write and the host reads.
 pub(crate) const READABLE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
 
@@ -40,7 +47,7 @@ pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -
         "samples" => u64::from(MAX_SAMPLES) * 8,
         "media" => (MEDIA * size_of::<Medium>()) as u64,
         "decoded_srgb" => 4 * SRGB_CODES as u64,
-        "state" => slots * work.slot_bytes,
+        "state" => work.state_bytes(),
         "list_in" | "list_out" => size_of::<WorkList>() as u64,
         "queue_in" | "queue_out" => 4 * slots,
         "counters" => 4 * COUNTERS as u64,

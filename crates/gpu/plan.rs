@@ -182,9 +182,13 @@ impl Layout {
         }
     }
 
-    /// Of all slots.
-    pub(crate) fn state_bytes(&self) -> u64 {
-        u64::from(self.needed()) * self.slot_bytes
+    /// What is done at once, with samples that lie there.
+    pub(crate) fn work<'a>(&self, samples: &'a [[f32; 2]]) -> Work<'a> {
+        Work {
+            slots: self.needed(),
+            slot_bytes: self.slot_bytes,
+            samples,
+        }
     }
 }
 
@@ -253,11 +257,7 @@ impl Plan {
     }
 
     pub(crate) fn work(&self) -> Work<'_> {
-        Work {
-            slots: self.layout.needed(),
-            slot_bytes: self.layout.slot_bytes,
-            samples: &self.samples,
-        }
+        self.layout.work(&self.samples)
     }
 
     /// Tells how far the picture is when of a batch the share `in_batch` is finished.

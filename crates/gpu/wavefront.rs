@@ -19,7 +19,7 @@ use crate::{
     batch::TILE_PIXELS,
     device::{Device, DeviceError},
     error::RenderError,
-    pass::{Work, binding_bytes},
+    pass::Work,
     pipeline::{ComingBack, Pipeline, Resources, Workgroups, mapped, submit},
     program::{Feature, ProgramFeatures},
     source::Limits,
@@ -158,8 +158,7 @@ impl Wavefront {
         work: &Work<'_>,
     ) -> Result<Self, RenderError> {
         let mut resources = Resources::default();
-        let state_bytes = binding_bytes("state", gpu_scene, work);
-        let (pipelines, state) = begun_ahead(device, features, limits, state_bytes)?;
+        let (pipelines, state) = begun_ahead(device, features, limits, work.state_bytes())?;
         if let Some(state) = state {
             resources.add_buffer("state", state);
         }
@@ -229,7 +228,9 @@ impl Wavefront {
         self.write(device, "list_1", bytes_of(&WorkList::EMPTY));
         let timed = |kernel: &Bound, begun: Option<&mut Ahead>| {
             let started = Instant::now();
-            begun.map(Ahead::wait);
+            if let Some(ahead) = begun {
+                ahead.wait();
+            }
             kernel.dispatch_once(device);
             device.wait()?;
             Ok(started.elapsed())
