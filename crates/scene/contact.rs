@@ -1,7 +1,9 @@
 //! Do faces of solids lie in one place with other faces? Rays have to cross such faces as one (`shaders/README.md`, "Contact"),
 //! which costs time, so that only scenes that have them pay for it.
 
-use glam::DVec3;
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
 
 use crate::{
     features::may_bound_solid,
@@ -28,24 +30,34 @@ const LEAF_SIZE: usize = 8;
 ///
 /// A pure function of the scene, O(n log n) in the triangles that lie in the solids' bounding box.
 pub(crate) fn exists(scene: &Scene) -> bool {
-    let kinds: Vec<Kind> = scene.materials.iter().map(Kind::of).collect();
+    let kinds: &[Kind] = &scene.materials.iter().map(Kind::of).collect::<Vec<_>>();
     if !kinds.contains(&Kind::Solid) {
         return false;
     }
-    let (mut solids, others): (Vec<Face>, Vec<Face>) = (0..scene.own_triangles())
-        .filter_map(|triangle| Face::of(&scene.own_triangle(triangle), &kinds))
-        .partition(|face| face.kind == Kind::Solid);
-    let tree = Tree::build(&mut solids);
-    let touches = |face: &Face| tree.any(&solids, face);
+    let own = |kind: Kind| {
+        let triangles = scene
+            .geometry
+            .triangles
+            .iter()
+            .zip(0..scene.own_triangles());
+        let wanted =
+            triangles.filter(move |(triangle, _)| kinds[triangle.material as usize] == kind);
+        wanted.filter_map(move |(_, index)| Face::of(&scene.own_triangle(index), kinds))
+    };
+    let tree = Tree::build(own(Kind::Solid).collect());
+    let others: Vec<Face> = own(Kind::Opaque)
+        .filter(|face| tree.nodes[0].may_touch(&Node::of(face)))
+        .collect();
+    let touches = |face: &Face| tree.any(face);
     let shared = || {
         let mut near = scene.instances.iter().filter(|i| tree.is_near(i.bounds));
         near.any(|instance| {
             let triangles = scene.triangles_placed_by(instance);
-            let faces: Vec<Face> = triangles.filter_map(|t| Face::of(&t, &kinds)).collect();
+            let faces: Vec<Face> = triangles.filter_map(|t| Face::of(&t, kinds)).collect();
             parallel::any(&faces, touches)
         })
     };
-    parallel::any(&others, touches) || parallel::any(&solids, touches) || shared()
+    parallel::any(&others, touches) || tree.any_pair() || shared()
 }
 
 /// What a material's faces are to a ray in a solid.
@@ -76,7 +88,6 @@ struct Face {
     normal: DVec3,
     area: f64,
     material: u32,
-    kind: Kind,
     min: DVec3,
     max: DVec3,
     /// How far off its plane others still lie in it.
@@ -85,19 +96,20 @@ struct Face {
 
 impl Face {
     fn of(triangle: &PlacedTriangle, kinds: &[Kind]) -> Option<Self> {
-        let kind = kinds[triangle.material as usize];
+        if kinds[triangle.material as usize] == Kind::Other {
+            return None;
+        }
         let corners = triangle.corners;
         let [a, b, c] = corners;
         let across = (b - a).cross(c - a);
         let normal = across.try_normalize()?;
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
         let height = HEIGHT_SHARE * min.abs().max(max.abs()).max_element();
-        (kind != Kind::Other).then_some(Self {
+        Some(Self {
             corners,
             normal,
             area: 0.5 * across.length(),
             material: triangle.material,
-            kind,
             min: min - height,
             max: max + height,
             height,
@@ -171,6 +183,9 @@ impl Polygon {
 
 /// Boxes around faces, halved by their middles: node `k` has the children `2k + 1` and `2k + 2`, each half of its range.
 struct Tree {
+    faces: Vec<Face>,
+    /// .. in that of the leaves.
+    order: Vec<u32>,
     /// Nodes that don't exist have boxes of nothing.
     nodes: Vec<Node>,
 }
@@ -186,6 +201,12 @@ struct Node {
     material: Option<u32>,
 }
 
+/// Faces to be looked at against each other: two nodes, each with its range of faces.
+type Pair = [(usize, Range<usize>); 2];
+
+/// How many pairs of nodes are worth handing out to threads.
+const PAIRS: usize = 256;
+
 impl Node {
     const EMPTY: Self = Self {
         bounds: (DVec3::INFINITY, DVec3::NEG_INFINITY),
@@ -193,61 +214,89 @@ impl Node {
         material: None,
     };
 
-    fn around(faces: &[Face]) -> Self {
-        let first = faces.first().map(|face| face.material);
-        let node = Self {
-            material: first.filter(|&first| faces.iter().all(|face| face.material == first)),
-            ..Self::EMPTY
-        };
-        faces.iter().fold(node, |node, face| Self {
-            bounds: (node.bounds.0.min(face.min), node.bounds.1.max(face.max)),
-            normals: (
-                node.normals.0.min(face.normal),
-                node.normals.1.max(face.normal),
-            ),
-            ..node
-        })
+    fn of(face: &Face) -> Self {
+        Self {
+            bounds: (face.min, face.max),
+            normals: (face.normal, face.normal),
+            material: Some(face.material),
+        }
     }
 
-    /// May any of them touch a face? If their boxes don't, or none is parallel to it, or all are the same surface, none does: as
+    /// What is common to the faces of both, neither of which is empty.
+    fn with(self, other: Self) -> Self {
+        let around = |(low, high): (DVec3, DVec3), (other_low, other_high)| {
+            (low.min(other_low), high.max(other_high))
+        };
+        Self {
+            bounds: around(self.bounds, other.bounds),
+            normals: around(self.normals, other.normals),
+            material: self.material.filter(|_| self.material == other.material),
+        }
+    }
+
+    /// May any of their faces touch? If their boxes don't, or no two are parallel, or all are the same surface, none does: as
     /// [`Face::touches`] has it, for all at once.
-    fn may_touch(&self, face: &Face) -> bool {
-        let (min, max) = self.bounds;
-        if face.max.cmplt(min).any() || face.min.cmpgt(max).any() {
+    fn may_touch(&self, other: &Self) -> bool {
+        let ((min, max), (other_min, other_max)) = (self.bounds, other.bounds);
+        if other_max.cmplt(min).any() || other_min.cmpgt(max).any() {
             return false;
         }
-        let (low, high) = (self.normals.0 * face.normal, self.normals.1 * face.normal);
-        let least = low.min(high).element_sum();
-        let most = low.max(high).element_sum();
-        let same_surface = self.material == Some(face.material) && least > 0.0;
+        let (low, high) = self.normals;
+        let (other_low, other_high) = other.normals;
+        let products = [
+            low * other_low,
+            low * other_high,
+            high * other_low,
+            high * other_high,
+        ];
+        let of_all = |choose: fn(DVec3, DVec3) -> DVec3| {
+            let [a, b, c, d] = products;
+            choose(choose(a, b), choose(c, d)).element_sum()
+        };
+        let (least, most) = (of_all(DVec3::min), of_all(DVec3::max));
+        let same_material = self.material.is_some() && self.material == other.material;
+        let same_surface = same_material && least > 0.0;
         !same_surface && (most >= COSINE || least <= -COSINE)
     }
 }
 
 impl Tree {
-    fn build(faces: &mut [Face]) -> Self {
+    fn build(faces: Vec<Face>) -> Self {
         let levels = faces.len().div_ceil(LEAF_SIZE).next_power_of_two().ilog2() + 1;
+        let middle = |face: &Face| (face.min + face.max).as_vec3().to_array();
+        let mut places: Vec<(u32, [f32; 3])> = (0..).zip(faces.iter().map(middle)).collect();
+        sort(&mut places, levels);
         let mut tree = Self {
+            order: places.into_iter().map(|(face, _)| face).collect(),
+            faces,
             nodes: vec![Node::EMPTY; (1 << levels) - 1],
         };
-        tree.fill(0, faces);
+        tree.fill(0, 0..tree.faces.len());
         tree
     }
 
-    fn fill(&mut self, node: usize, faces: &mut [Face]) {
-        if node >= self.nodes.len() || faces.is_empty() {
-            return;
-        }
-        self.nodes[node] = Node::around(faces);
-        let bounds = self.nodes[node].bounds;
-        let axis = (bounds.1 - bounds.0).max_position();
-        let middle = faces.len() / 2;
-        faces.select_nth_unstable_by(middle, |a, b| {
-            (a.min[axis] + a.max[axis]).total_cmp(&(b.min[axis] + b.max[axis]))
-        });
-        let (left, right) = faces.split_at_mut(middle);
-        self.fill(2 * node + 1, left);
-        self.fill(2 * node + 2, right);
+    fn fill(&mut self, node: usize, range: Range<usize>) -> Option<Node> {
+        let found = if self.has(2 * node + 1) {
+            let [left, right] = halves(node, range);
+            match (self.fill(left.0, left.1), self.fill(right.0, right.1)) {
+                (Some(left), Some(right)) => Some(left.with(right)),
+                (left, right) => left.or(right),
+            }
+        } else {
+            self.faces_in(range).map(Node::of).reduce(Node::with)
+        };
+        self.nodes[node] = found.unwrap_or(Node::EMPTY);
+        found
+    }
+
+    fn faces_in(&self, range: Range<usize>) -> impl Iterator<Item = &Face> {
+        self.order[range]
+            .iter()
+            .map(|&face| &self.faces[face as usize])
+    }
+
+    fn has(&self, node: usize) -> bool {
+        node < self.nodes.len()
     }
 
     /// May anything in this box touch a face? Faces reach beyond their corners by no more than rounding.
@@ -257,21 +306,85 @@ impl Tree {
         !((min - slack).cmpgt(high).any() || (max + slack).cmplt(low).any())
     }
 
-    /// Does any of the faces that the tree was built of touch `face`?
-    fn any(&self, faces: &[Face], face: &Face) -> bool {
-        self.any_below(0, faces, face)
+    /// Does any of the faces touch `face`, which is none of them?
+    fn any(&self, face: &Face) -> bool {
+        self.any_below((0, 0..self.faces.len()), &Node::of(face), face)
     }
 
-    fn any_below(&self, node: usize, faces: &[Face], face: &Face) -> bool {
-        let Some(below) = self.nodes.get(node) else {
-            return faces.iter().any(|other| face.touches(other));
-        };
-        if !below.may_touch(face) {
+    fn any_below(&self, (node, range): (usize, Range<usize>), like: &Node, face: &Face) -> bool {
+        if !self.nodes[node].may_touch(like) {
             return false;
         }
-        let (left, right) = faces.split_at(faces.len() / 2);
-        self.any_below(2 * node + 1, left, face) || self.any_below(2 * node + 2, right, face)
+        if !self.has(2 * node + 1) {
+            return self.faces_in(range).any(|other| face.touches(other));
+        }
+        halves(node, range)
+            .into_iter()
+            .any(|half| self.any_below(half, like, face))
     }
+
+    /// Do any two of the faces touch?
+    ///
+    /// Of a smooth surface whole parts are found at once not to: none of one part is parallel to any of the other, or all look the same way.
+    fn any_pair(&self) -> bool {
+        let root = (0, 0..self.faces.len());
+        let mut pairs: Vec<Pair> = vec![[root.clone(), root]];
+        while (1..PAIRS).contains(&pairs.len()) && self.has(2 * pairs[0][0].0 + 1) {
+            pairs = pairs.iter().flat_map(|pair| self.below(pair)).collect();
+        }
+        parallel::any_of_large(&pairs, |pair| self.any_between(pair))
+    }
+
+    fn any_between(&self, pair: &Pair) -> bool {
+        let [(one, of_one), (other, of_other)] = pair;
+        if self.has(2 * one + 1) {
+            return self.below(pair).any(|pair| self.any_between(&pair));
+        }
+        let mut near = self
+            .faces_in(of_one.clone())
+            .filter(|face| self.nodes[*other].may_touch(&Node::of(face)));
+        near.any(|face| {
+            self.faces_in(of_other.clone())
+                .any(|other| face.touches(other))
+        })
+    }
+
+    /// Those pairs of children whose faces may touch. Both nodes of a pair are on one level.
+    fn below(&self, [one, other]: &Pair) -> impl Iterator<Item = Pair> {
+        let [a, b] = halves(one.0, one.1.clone());
+        let [c, d] = halves(other.0, other.1.clone());
+        // Of a node and itself, each two of its children once.
+        let crossed = (one.0 != other.0).then(|| [b.clone(), c.clone()]);
+        let pairs = [[a.clone(), c], [a, d.clone()], [b, d]];
+        let may_touch = |[one, other]: &Pair| self.nodes[one.0].may_touch(&self.nodes[other.0]);
+        pairs.into_iter().chain(crossed).filter(may_touch)
+    }
+}
+
+/// A node's children with their ranges.
+fn halves(node: usize, range: Range<usize>) -> Pair {
+    let middle = range.start + range.len() / 2;
+    [
+        (2 * node + 1, range.start..middle),
+        (2 * node + 2, middle..range.end),
+    ]
+}
+
+/// Halves places, with what they are the places of, along their longest extent, and so on for as many levels.
+fn sort(places: &mut [(u32, [f32; 3])], levels: u32) {
+    if levels <= 1 || places.is_empty() {
+        return;
+    }
+    let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (min, max) = places.iter().fold(start, |(min, max), &(_, place)| {
+        (min.min(place.into()), max.max(place.into()))
+    });
+    let axis = (max - min).max_position();
+    let middle = places.len() / 2;
+    places.select_nth_unstable_by(middle, |a, b| a.1[axis].total_cmp(&b.1[axis]));
+    let (left, right) = places.split_at_mut(middle);
+    sort(left, levels - 1);
+    sort(right, levels - 1);
 }
 
 #[cfg(test)]

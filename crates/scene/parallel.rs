@@ -24,6 +24,11 @@ pub(crate) fn any<T: Sync>(items: &[T], found: impl Fn(&T) -> bool + Send + Sync
     }
 }
 
+/// As [`any`], of items each of which may take long.
+pub(crate) fn any_of_large<T: Sync>(items: &[T], found: impl Fn(&T) -> bool + Send + Sync) -> bool {
+    items.par_iter().any(found)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,6 +39,8 @@ mod tests {
             let items: Vec<usize> = (0..count).collect();
             assert_eq!(mapped(&items, |item| *item), items);
             let has = |wanted| any(&items, |item| *item == wanted);
+            assert_eq!([has(count / 2), has(count)], [count > 0, false]);
+            let has = |wanted| any_of_large(&items, |item| *item == wanted);
             assert_eq!([has(count / 2), has(count)], [count > 0, false]);
         }
     }
