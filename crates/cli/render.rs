@@ -1,11 +1,9 @@
 //! `raytree render`: import, light, choose the view, render, write, report.
 
 use std::ops::ControlFlow;
-use std::panic::resume_unwind;
-use std::thread;
 use std::time::{Duration, Instant};
 
-use raytree::{Device, DeviceChoice, RenderError, RenderSettings, Scene, Tolerance};
+use raytree::{Opening, RenderError, RenderSettings, Scene, Tolerance};
 
 use crate::args::{QualityArgs, RenderArgs};
 use crate::cancel;
@@ -21,12 +19,13 @@ use crate::view;
 /// What a process takes before and after what is timed here.
 const OUTSIDE: Duration = Duration::from_millis(30);
 
-/// All that needs no device is checked before one is opened.
+/// A device is opened meanwhile, but what is wrong with all else comes first.
 pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let started = Instant::now();
     args.quality.check()?;
     let outputs = Outputs::plan(args)?;
     cancel::watch()?;
+    let opening = Opening::begin(args.quality.device.as_str().into());
 
     let progress = Progress::new(console.shows_progress());
     progress.stage("importing");
@@ -41,14 +40,7 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     cancel::check()?;
 
     progress.stage("preparing");
-    let choice = DeviceChoice::from(args.quality.device.as_str());
-    let (features, assemble, opened, waited) = thread::scope(|scope| {
-        let opening = scope.spawn(|| Device::open(&choice));
-        let (features, assemble) = timed(|| raytree::assemble_for(&scene, &settings));
-        let (opened, waited) = timed(|| opening.join());
-        (features, assemble, opened, waited)
-    });
-    let device = opened.unwrap_or_else(|panic| resume_unwind(panic))?;
+    let (features, assemble) = timed(|| raytree::assemble_for(&scene, &settings));
     let mut observer = |state: raytree::Progress| {
         progress.rendered(state.finished);
         if cancel::requested() {
@@ -58,8 +50,8 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
         }
     };
     let preset = args.quality.bvh.into();
-    let rendering =
-        raytree::render_with_features(&device, &scene, preset, &settings, features, &mut observer)
+    let (device, rendering) =
+        raytree::render_when_open(opening, &scene, preset, &settings, features, &mut observer)
             .map_err(as_interruption)?;
 
     progress.stage("writing");
@@ -71,7 +63,6 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     let times = Times {
         import,
         assemble,
-        device: waited,
         write,
         total: started.elapsed(),
     };

@@ -40,8 +40,6 @@ pub struct Times {
     pub import: Duration,
     /// What the scene needs, and its kernels from the shaders' text.
     pub assemble: Duration,
-    /// Waiting for the device to open, which it does meanwhile.
-    pub device: Duration,
     /// Pictures into files.
     pub write: Duration,
     /// All of it, opening the device included.
@@ -132,8 +130,8 @@ impl Report<'_> {
         let mut stages = vec![
             ("import", times.import),
             ("assemble", times.assemble),
-            ("device", times.device),
             ("bvh", self.rendering.bvh_time),
+            ("device", self.rendering.device_time),
             ("layout", rendering.layout),
             ("program", rendering.program),
             ("compile", rendering.compile),

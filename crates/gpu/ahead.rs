@@ -6,6 +6,7 @@ use std::{
     collections::hash_map::DefaultHasher,
     fs::File,
     hash::{Hash, Hasher},
+    panic::resume_unwind,
     path::PathBuf,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread::{self, JoinHandle, ThreadId},
@@ -137,13 +138,14 @@ fn begin(
     let state = begin_clearing(device, features, settings, limits);
     let on = device.clone();
     let creating = move || {
-        // First: all else is done before that is compiled.
-        if let Some(place) = compiling {
-            match compile_largest(on.info(), features) {
-                Ok(device) => *locked(&place) = Some(device),
-                // Whoever renders meets it again, and reports it.
-                Err(error) => tracing::debug!(%error, "compiling ahead failed"),
-            }
+        let Some(place) = compiling else {
+            return create_in_parallel(&on, features, limits);
+        };
+        // First: all else is done before that is compiled. That keeps one core busy, and what else there is to do another.
+        match compile_largest(on.info(), features) {
+            Ok(device) => *locked(&place) = Some(device),
+            // Whoever renders meets it again, and reports it.
+            Err(error) => tracing::debug!(%error, "compiling ahead failed"),
         }
         create_pipelines(&on, features, limits)
     };
@@ -219,6 +221,22 @@ fn create_pipelines(
     let create = |kernel| create_pipeline(device, kernel, features, limits);
     let [camera_rays, trace_rays, shade_hits] = Kernel::PICTURE.map(create);
     Ok([camera_rays?, trace_rays?, shade_hits?])
+}
+
+/// The largest takes longer than the others together.
+fn create_in_parallel(
+    device: &Device,
+    features: ProgramFeatures,
+    limits: Limits,
+) -> Result<PicturePipelines, RenderError> {
+    let create = |kernel| create_pipeline(device, kernel, features, limits);
+    let [camera_rays, trace_rays, shade_hits] = Kernel::PICTURE;
+    thread::scope(|scope| {
+        let others = scope.spawn(|| (create(camera_rays), create(trace_rays)));
+        let largest = create(shade_hits);
+        let (camera_rays, trace_rays) = others.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok([camera_rays?, trace_rays?, largest?])
+    })
 }
 
 fn create_pipeline(

@@ -20,6 +20,8 @@
 //! This crate is a facade: what it exports lives in the rooms behind it, `scene`, `bvh`, `film` and `gpu`. It prints
 //! nothing, never ends the process, and reports what is wrong with files, settings and devices as errors.
 
+mod opening;
+
 use std::{
     ops::ControlFlow,
     path::Path,
@@ -28,6 +30,7 @@ use std::{
 
 use glam::Vec3;
 
+pub use opening::Opening;
 pub use raytree_bvh::{Bvh, BvhError, Preset};
 pub use raytree_film::{
     BitDepth, BrokenLimit, CompareError, CompareOptions, Comparison, Film, FilmError, Format,
@@ -69,12 +72,39 @@ pub struct Rendering {
     pub features: ProgramFeatures,
     /// Time to build the hierarchy.
     pub bvh_time: Duration,
+    /// Time for which the device was waited for, after that.
+    pub device_time: Duration,
     /// Time in the device's hands.
     pub times: RenderTimes,
     /// Iterations of tracing and shading that rendered.
     pub iterations: u32,
     /// What was achieved of the settings' tolerance, if they have one.
     pub error: Option<ErrorReport>,
+}
+
+impl Rendering {
+    fn of(rendered: Rendered, bvh_time: Duration, device_time: Duration) -> Self {
+        let Rendered {
+            film,
+            counters,
+            dropped,
+            features,
+            times,
+            iterations,
+            error,
+        } = rendered;
+        Self {
+            film,
+            counters,
+            dropped,
+            features,
+            bvh_time,
+            device_time,
+            times,
+            iterations,
+            error,
+        }
+    }
 }
 
 /// Reads the default scene of a glTF file, `.gltf` or `.glb`, without what can't show ([`simplify`]): so it takes the smallest
@@ -130,30 +160,38 @@ pub fn render_with_features(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
     let ahead = Ahead::begin(device, features, settings);
-    let started = Instant::now();
-    let bvh = build_bvh(scene, preset)?;
-    let bvh_time = started.elapsed();
+    let (built, bvh_time) = timed(|| build_bvh(scene, preset));
     let prepared = (features, ahead);
-    let rendered = render_ahead(device, scene, &bvh, settings, prepared, observer)?;
-    let Rendered {
-        film,
-        counters,
-        dropped,
-        features,
-        times,
-        iterations,
-        error,
-    } = rendered;
-    Ok(Rendering {
-        film,
-        counters,
-        dropped,
-        features,
-        bvh_time,
-        times,
-        iterations,
-        error,
-    })
+    let rendered = render_ahead(device, scene, &built?, settings, prepared, observer)?;
+    Ok(Rendering::of(rendered, bvh_time, Duration::ZERO))
+}
+
+/// As [`render_with_features`], by a device that may still be opening: the hierarchy is built meanwhile. Also the device.
+///
+/// # Errors
+/// [`RenderError`].
+pub fn render_when_open(
+    mut opening: Opening,
+    scene: &Scene,
+    preset: Preset,
+    settings: &RenderSettings,
+    features: ProgramFeatures,
+    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<(Device, Rendering), RenderError> {
+    opening.prepare(features, settings)?;
+    let (built, bvh_time) = timed(|| build_bvh(scene, preset));
+    let bvh = built?;
+    let (opened, device_time) = timed(|| opening.wait());
+    let (device, ahead) = opened?;
+    let ahead = ahead.unwrap_or_else(|| Ahead::begin(&device, features, settings));
+    let prepared = (features, ahead);
+    let rendered = render_ahead(&device, scene, &bvh, settings, prepared, observer)?;
+    Ok((device, Rendering::of(rendered, bvh_time, device_time)))
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let started = Instant::now();
+    (work(), started.elapsed())
 }
 
 /// What the picture's program will have. It is assembled already, which needs no device: worth it while one opens.

@@ -125,7 +125,7 @@ fn json_has_the_documented_keys() {
     assert_eq!(
         keys(&report["time_ms"]),
         [
-            "import", "assemble", "device", "bvh", "layout", "program", "compile", "render",
+            "import", "assemble", "bvh", "device", "layout", "program", "compile", "render",
             "write", "other", "total"
         ]
     );

@@ -10,6 +10,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use rayon::prelude::*;
+
 use super::{EquirectMap, ROUGH_LEVELS, resample};
 
 /// What is integrated: the map in this size, energy kept. A texel is 2.8 degrees wide; the sharpest lobe falls to a
@@ -65,25 +67,16 @@ fn convolve(
     let mut texels = vec![[0.0f32; 3]; width * height];
     // A row and its mirror image in the other hemisphere share their weights, upside down.
     let (north, south) = texels.split_at_mut(width * height / 2);
-    let mut rows: Vec<_> = north
-        .chunks_mut(width)
-        .zip(south.rchunks_mut(width))
-        .enumerate()
-        .collect();
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let rows_each = rows.len().div_ceil(threads);
-    std::thread::scope(|scope| {
-        for part in rows.chunks_mut(rows_each) {
-            scope.spawn(|| {
-                for (y, (north, south)) in part {
-                    let v = (*y as f64 + 0.5) / height as f64;
-                    let weights = row_weights(v, source.height as usize, &columns, &lobe);
-                    let weights = weights.chunks(source.width as usize);
-                    gather_row(north.as_flattened_mut(), weights.clone(), &phases);
-                    gather_row(south.as_flattened_mut(), weights.rev(), &phases);
-                }
-            });
-        }
+    let rows = north
+        .par_chunks_mut(width)
+        .zip(south.par_rchunks_mut(width))
+        .enumerate();
+    rows.for_each(|(y, (north, south))| {
+        let v = (y as f64 + 0.5) / height as f64;
+        let weights = row_weights(v, source.height as usize, &columns, &lobe);
+        let weights = weights.chunks(source.width as usize);
+        gather_row(north.as_flattened_mut(), weights.clone(), &phases);
+        gather_row(south.as_flattened_mut(), weights.rev(), &phases);
     });
     EquirectMap {
         width: size.0,

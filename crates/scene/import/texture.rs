@@ -3,14 +3,13 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Cursor;
-use std::panic::resume_unwind;
 use std::path::Path;
-use std::thread;
 
 use gltf::json;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked::{self, Valid};
 use image::{ImageFormat, ImageReader};
+use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -263,26 +262,7 @@ fn missing_source(document: &Document, index: usize) -> Fault {
 
 /// Decoding PNGs is most of the time that textured scenes take to import, so all cores share it.
 fn decode_all(encoded: &[EncodedImage<'_>]) -> Outcome<Vec<Image>> {
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let share = encoded.len().div_ceil(workers).max(1);
-    thread::scope(|scope| {
-        let decode = |share: &'_ [EncodedImage<'_>]| {
-            share
-                .iter()
-                .map(EncodedImage::decode)
-                .collect::<Outcome<Vec<_>>>()
-        };
-        let workers: Vec<_> = encoded
-            .chunks(share)
-            .map(|share| scope.spawn(move || decode(share)))
-            .collect();
-        let shares = workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        Ok(shares
-            .collect::<Outcome<Vec<_>>>()?
-            .into_iter()
-            .flatten()
-            .collect())
-    })
+    let decoded: Vec<Outcome<Image>> = encoded.par_iter().map(EncodedImage::decode).collect();
+    // The first error of them, whichever came first.
+    decoded.into_iter().collect()
 }
