@@ -154,11 +154,11 @@ fn store_contact() {
         vec4u(bitcast<u32>(contact.t), contact.triangle, contact.faces, select(0u, 1u, contact.joined)),
         vec4u(contact.left, contact.entered),
     );
-    store_words(suspended_word(traversal_slot) + TRAVERSAL_WORDS, words, CONTACT_WORDS);
+    store_words(contact_word(traversal_slot), words, CONTACT_WORDS);
 }
 
 fn load_contact() {
-    let words = load_words(suspended_word(traversal_slot) + TRAVERSAL_WORDS, CONTACT_WORDS);
+    let words = load_words(contact_word(traversal_slot), CONTACT_WORDS);
     let first = words[1];
     let plane = words[2];
     let last = words[3];

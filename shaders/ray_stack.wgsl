@@ -32,15 +32,17 @@ const ITEM_STRAIGHT: u32 = 4u;
 const ITEM_JOINED: u32 = 8u;
 const ITEM_DEPTH_SHIFT: u32 = 4u;
 
-// Items that a slot needs beyond those that a tree leaves pending: one for lights still to be summed up, one for the ray to trace.
-const EXTRA_ITEMS: u32 = 2u;
+// Items that a slot needs beyond those that a tree leaves pending: one for the ray to trace, one for lights still to be summed up.
+fn extra_items() -> u32 {
+    if (HAS_MANY_LIGHTS) {
+        return 2u;
+    }
+    return 1u;
+}
 
-// What a traversal leaves when it is suspended, or while faces in contact are gathered, in words (suspended_word): a Traversal; faces in
-// contact; the lower groups of the traversal's stack, two in a word.
+// Of faces in contact, in words.
 const CONTACT_WORDS: u32 = 5u;
-const SUSPENDED_HEAD: u32 = 9u; // but for these groups
 
-const_assert SUSPENDED_HEAD == TRAVERSAL_WORDS + CONTACT_WORDS;
 const_assert WORDS_AT_ONCE >= max(ITEM_WORDS, CONTACT_WORDS);
 
 // Lights that are left have no descendants, but a place.

@@ -23,9 +23,23 @@ fn item_word(slot: u32, level: u32) -> u32 {
     return frame.slot_count * (SLOT_WORDS + HIT_WORDS) + (level * frame.slot_count + slot) * frame.item_words;
 }
 
-// The first word of what a slot's traversal leaves when it is suspended, and of the lower part of its stack, which lies there at any time.
-fn suspended_word(slot: u32) -> u32 {
-    return item_word(0u, frame.stack_capacity + EXTRA_ITEMS) + slot * frame.suspended_words;
+// Behind the stacks, of each slot, as far as a program has them: faces in contact while they are gathered, what a traversal leaves when it
+// is suspended, and the lower part of its stack, two groups in a word, which lies there at any time.
+
+fn contact_word(slot: u32) -> u32 {
+    return item_word(0u, frame.stack_capacity + extra_items()) + slot * frame.suspended_words;
+}
+
+fn traversal_word(slot: u32) -> u32 {
+    if (HAS_CONTACT) {
+        return contact_word(slot) + CONTACT_WORDS;
+    }
+    return contact_word(slot);
+}
+
+// Where pair 0 of the groups lies.
+fn first_pair_word(slot: u32) -> u32 {
+    return traversal_word(slot) + TRAVERSAL_WORDS;
 }
 
 const HIT_BACK: u32 = 1u; // in a hit's last component, which has room for more
@@ -110,7 +124,7 @@ const_assert ITEM_WORDS == 4u; // those that load_state names
 // Those from `first` on, up to before `end`.
 fn load_state(first: u32, end: u32, slot: u32, index: u32, level: u32) -> SlotState {
     var loaded: SlotState;
-    let of_traversal = suspended_word(slot) - TRAVERSAL_WORD;
+    let of_traversal = traversal_word(slot) - TRAVERSAL_WORD;
     let of_slot = slot_word(slot) - RADIANCE_WORD;
     let of_hit = hit_word(index);
     let of_item = item_word(slot, level) - FIRST_ITEM_WORD;

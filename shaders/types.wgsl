@@ -51,7 +51,7 @@ struct Frame {
     item_words: u32, // of an item on the ray stack, as many as are in use: the last one only where a ray may have media, or holes behind it
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
-    suspended_words: u32, // that a slot's traversal leaves when it is suspended, and of the lower part of its stack: state.wgsl
+    suspended_words: u32, // of a slot beside its stack: contact_word
     branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance

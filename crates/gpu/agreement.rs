@@ -10,8 +10,8 @@ use crate::{
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
     instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
     plan::{
-        CAMERA_LEVEL, EXTRA_ITEMS, HIT_WORDS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
-        STACK_VARIABLES, SUSPENDED_HEAD,
+        CAMERA_LEVEL, CONTACT_WORDS, HIT_WORDS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
+        STACK_VARIABLES, TRAVERSAL_WORDS,
     },
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
@@ -70,8 +70,8 @@ fn the_largest_radiance_is_the_same() {
 
 #[test]
 fn a_slot_has_room_for_what_a_dispatch_leaves() {
-    assert_eq!(constant(&shaders(), "EXTRA_ITEMS"), EXTRA_ITEMS);
-    assert_eq!(constant(&shaders(), "SUSPENDED_HEAD"), SUSPENDED_HEAD);
+    assert_eq!(constant(&shaders(), "CONTACT_WORDS"), CONTACT_WORDS);
+    assert_eq!(constant(&shaders(), "TRAVERSAL_WORDS"), TRAVERSAL_WORDS);
     assert_eq!(constant(&shaders(), "STACK_VARIABLES"), STACK_VARIABLES);
     assert_eq!(constant(&shaders(), "SLOT_WORDS"), SLOT_WORDS);
     assert_eq!(constant(&shaders(), "HIT_WORDS"), HIT_WORDS);

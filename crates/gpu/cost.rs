@@ -10,7 +10,7 @@ use crate::{
     error::RenderError,
     pass::binding_bytes,
     pipeline::bindings_of,
-    plan::{EXTRA_ITEMS, Plan, Room},
+    plan::{Plan, Room, extra_items},
     program::{Kernel, ProgramError, ProgramFeatures, assemble},
     settings::RenderSettings,
     source::Limits,
@@ -103,7 +103,7 @@ pub fn cost(
             geometry as f64 / triangles as f64
         },
         traversal_stack: limits.traversal_stack,
-        ray_stack: plan.frame.stack_capacity + EXTRA_ITEMS,
+        ray_stack: plan.frame.stack_capacity + extra_items(features),
         pixel_bytes: work.slot_bytes,
         batch_pixels: work.slots,
         buffers,

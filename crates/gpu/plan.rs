@@ -68,11 +68,9 @@ impl Room {
     }
 }
 
-/// Of the same name in `shaders/ray_stack.wgsl`.
-pub(crate) const EXTRA_ITEMS: u32 = 2;
-
-/// Words of 16 bytes that a suspended traversal takes beside the lower part of its stack; of the same name in `shaders/ray_stack.wgsl`.
-pub(crate) const SUSPENDED_HEAD: u32 = 9;
+/// Words of 16 bytes; of the same name in `shaders/ray_stack.wgsl` and `shaders/traverse.wgsl`.
+pub(crate) const CONTACT_WORDS: u32 = 5;
+pub(crate) const TRAVERSAL_WORDS: u32 = 4;
 
 /// Of the same name in `shaders/traversal_stack.wgsl`.
 pub(crate) const STACK_VARIABLES: u32 = 4;
@@ -144,17 +142,17 @@ impl Layout {
         let stack_capacity = waiting
             .saturating_mul(depth)
             .saturating_add(1)
-            .min(MOST_LEVELS - EXTRA_ITEMS);
+            .min(MOST_LEVELS - extra_items(features));
         let item_words = item_words(features);
-        let suspended_words = if features.has(Feature::LongRays) {
+        let mut suspended_words = 0;
+        if features.has(Feature::Contact) {
+            suspended_words += CONTACT_WORDS;
+        }
+        if features.has(Feature::LongRays) {
             let below = limits.traversal_stack - STACK_VARIABLES;
-            SUSPENDED_HEAD + below.div_ceil(2)
-        } else if features.has(Feature::Contact) {
-            SUSPENDED_HEAD
-        } else {
-            0
-        };
-        let stack_words = (stack_capacity + EXTRA_ITEMS) * item_words;
+            suspended_words += TRAVERSAL_WORDS + below.div_ceil(2);
+        }
+        let stack_words = (stack_capacity + extra_items(features)) * item_words;
         let slot_words = SLOT_WORDS + HIT_WORDS + stack_words + suspended_words;
         let slot_bytes = WORD_BYTES * u64::from(slot_words);
         let batch_pixels = settings.batch_pixels.unwrap_or(room.pixels).min(MOST_SLOTS);
@@ -283,6 +281,15 @@ impl Plan {
             slot_count: batch.tile_count * TILE_PIXELS,
             ..self.frame
         }
+    }
+}
+
+/// As in `shaders/ray_stack.wgsl`.
+pub(crate) fn extra_items(features: ProgramFeatures) -> u32 {
+    if features.has(Feature::ManyLights) {
+        2
+    } else {
+        1
     }
 }
 
