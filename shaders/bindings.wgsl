@@ -15,11 +15,10 @@
 @group(0) @binding(9) var texels: texture_storage_2d<r32uint, read>; // of all images, RGBA8: one word each
 @group(0) @binding(10) var environment: texture_storage_2d<rgba32uint, read>; // of all levels of the environment map: one colour each
 @group(0) @binding(11) var lights: texture_storage_2d<rgba32uint, read>; // Light
-@group(0) @binding(15) var instances: texture_storage_2d<rgba32uint, read>; // INSTANCE_WORDS texels each: instances.wgsl
+@group(0) @binding(14) var instances: texture_storage_2d<rgba32uint, read>; // INSTANCE_WORDS texels each: instances.wgsl
 
 @group(0) @binding(12) var<uniform> media: array<Medium, MEDIA>; // in the order of their rank: README.md, "Media"
-@group(0) @binding(13) var<uniform> samples: array<vec4f, SAMPLE_PAIRS>; // offsets from the middle of a pixel, pixels: two each
-@group(0) @binding(14) var<uniform> decoded_srgb: array<vec4f, SRGB_CODES / 4>; // of each code of 8 bits (IEC 61966-2-1)
+@group(0) @binding(13) var<uniform> decoded_srgb: array<vec4f, SRGB_CODES / 4>; // of each code of 8 bits (IEC 61966-2-1)
 
 // What a kernel writes.
 @group(1) @binding(0) var<storage, read_write> state: array<vec4u>; // of every slot, and what the rays on the list hit: state.wgsl

@@ -21,12 +21,6 @@ fn camera_ray(pixel: vec2u, offset: vec2f) -> Ray {
     return Ray(origin, normalize(frame.camera_forward + sideways), frame.start_t);
 }
 
-// Where in its pixel a sample lies.
-fn sample_offset(sample: u32) -> vec2f {
-    let pair = samples[sample / 2u];
-    return select(pair.xy, pair.zw, (sample & 1u) != 0u);
-}
-
 // A workgroup's tile. Neighbouring workgroups take tiles that lie apart: llvmpipe hands each of its threads one contiguous
 // run of workgroups, and neighbouring tiles cost alike.
 fn tile_of_workgroup(workgroup: u32) -> u32 {

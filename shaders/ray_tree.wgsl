@@ -61,7 +61,7 @@ fn camera_item(slot: u32, loaded: SlotState) -> WorkItem {
         offset = order.offset;
     } else {
         pixel = pixel_of_slot(slot);
-        offset = sample_offset(frame.sample);
+        offset = frame.sample_offset;
     }
     let ray = camera_ray(pixel + frame.window_origin, offset);
     var item: WorkItem;

@@ -29,6 +29,7 @@ struct Frame {
     branch_bound: vec3f, // what any spawned ray could bring: tolerance.wgsl
     order_count: u32, // slots with an order, in a program with a tolerance; 0: each takes the first sample of its pixel
     picture_size: vec2f, // of the whole picture, pixels
+    sample_offset: vec2f, // from the middle of each pixel to that sample, pixels
     window_origin: vec2u, // of the part that is rendered
     window_size: vec2u,
     tile_columns: u32, // 8x8 tiles across the window
@@ -52,6 +53,8 @@ struct Frame {
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
     suspended_words: u32, // of a slot beside its stack: contact_word
+    unused_0: u32,
+    unused_1: u32,
     branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl
     light_share: f32, // of what is negligible, what is of a light: 1, or 0 where it is tried what branches bring
     @align(16) environment: array<EnvironmentLevel, 6>, // radiance, roughness 1/4, 2/4, 3/4, 1, irradiance
@@ -158,7 +161,6 @@ const LIGHT_POINT: u32 = 1u;
 const LIGHT_SPOT: u32 = 2u;
 
 const MEDIA: u32 = 255u; // that a byte of the medium stack can name
-const SAMPLE_PAIRS: u32 = 4096u; // 64 KiB, the least that a uniform buffer may hold
 
 // What fills a solid.
 struct Medium {

@@ -420,18 +420,11 @@ fn the_least_programs_bind_the_least() {
     assert_eq!(camera, ["frame", "list_out", "queue_out"]);
     let traced = bindings(&program(Kernel::TraceRays, nothing));
     let lists = ["list_in", "queue_in"];
-    let others = ["samples", "state", "counters"];
+    let others = ["state", "counters"];
     assert_eq!(traced, [traversal.as_slice(), &others, &lists].concat());
     let shaded = bindings(&program(Kernel::ShadeHits, nothing));
     let tables = ["frame", "leaf_vertices", "leaf_triangles"];
-    let lists = [
-        "samples",
-        "state",
-        "list_in",
-        "queue_in",
-        "list_out",
-        "queue_out",
-    ];
+    let lists = ["state", "list_in", "queue_in", "list_out", "queue_out"];
     assert_eq!(shaded, [tables.as_slice(), &surface, &lists].concat());
 }
 

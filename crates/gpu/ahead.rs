@@ -172,7 +172,7 @@ fn begin_clearing(
         return None;
     }
     let layout = Layout::new(settings, features, limits, Room::of(device));
-    let bytes = layout.work(&[]).state_bytes();
+    let bytes = layout.work().state_bytes();
     // Where it is refused, whoever renders meets that again.
     let state = new_buffer(device, "state", bytes, READABLE).ok()?;
     let mut encoder = device.device.create_command_encoder(&Default::default());
@@ -288,7 +288,6 @@ fn compile_largest(info: &DeviceInfo, features: ProgramFeatures) -> Result<Devic
     let work = Work {
         slots: 64,
         slot_bytes: WORD_BYTES * u64::from(SLOT_WORDS + HIT_WORDS + ITEM_WORDS),
-        samples: &[],
     };
     let (scene, bvh) = (Scene::default(), Bvh::default());
     let nothing = GpuScene::new(&scene, &bvh, features, Shading::default())?;

@@ -12,23 +12,21 @@ use crate::{
     source::Limits,
     statistics::COUNTERS,
     types::{
-        Aov, Frame, MAX_SAMPLES, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit,
-        SecondaryRay, WorkList,
+        Aov, Frame, MEDIA, Medium, ProbeHit, ProbeRay, SRGB_CODES, SecondaryHit, SecondaryRay,
+        WorkList,
     },
     upload::{GpuScene, decoded_srgb},
 };
 
 /// What a kernel is to do at once: sizes and contents of the buffers that are not the scene's.
-pub(crate) struct Work<'a> {
+pub(crate) struct Work {
     /// Pixels or rays.
     pub(crate) slots: u32,
     /// What a slot's share of `state` takes.
     pub(crate) slot_bytes: u64,
-    /// Offsets from the middle of a pixel.
-    pub(crate) samples: &'a [[f32; 2]],
 }
 
-impl Work<'_> {
+impl Work {
     /// What `state` takes.
     pub(crate) fn state_bytes(&self) -> u64 {
         u64::from(self.slots) * self.slot_bytes
@@ -39,12 +37,11 @@ impl Work<'_> {
 pub(crate) const READABLE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
 
 /// What a binding takes on the device, bytes.
-pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work<'_>) -> u64 {
+pub(crate) fn binding_bytes(name: &str, gpu_scene: &GpuScene, work: &Work) -> u64 {
     let slots = u64::from(work.slots);
     let each = |size: usize| slots * size as u64;
     match name {
         "frame" => size_of::<Frame>() as u64,
-        "samples" => u64::from(MAX_SAMPLES) * 8,
         "media" => (MEDIA * size_of::<Medium>()) as u64,
         "decoded_srgb" => 4 * SRGB_CODES as u64,
         "state" => work.state_bytes(),
@@ -75,7 +72,7 @@ impl Resources {
         name: &str,
         called: &str,
         gpu_scene: &GpuScene,
-        work: &Work<'_>,
+        work: &Work,
     ) -> Result<(), RenderError> {
         if self.has(called) {
             return Ok(());
@@ -83,7 +80,6 @@ impl Resources {
         let size = binding_bytes(name, gpu_scene, work);
         match name {
             "frame" => self.reserve(device, called, size, BufferUsages::UNIFORM),
-            "samples" => self.upload_uniform(device, called, cast_slice(work.samples), size),
             "media" => self.upload_uniform(device, called, cast_slice(&gpu_scene.media), size),
             "decoded_srgb" => {
                 self.upload_uniform(device, called, cast_slice(&decoded_srgb()), size)
@@ -116,7 +112,7 @@ impl Pass {
         features: ProgramFeatures,
         limits: Limits,
         gpu_scene: &GpuScene,
-        work: &Work<'_>,
+        work: &Work,
     ) -> Result<Self, RenderError> {
         let module = assemble(kernel, features, limits)?;
         let pipeline = Pipeline::new(device, kernel, module)?;

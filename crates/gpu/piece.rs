@@ -99,7 +99,6 @@ pub fn evaluate(
     let work = Work {
         slots: calls.len().min(BATCH) as u32,
         slot_bytes: 0,
-        samples: &[],
     };
     let pass = Pass::new(
         device,

@@ -180,12 +180,11 @@ impl Layout {
         }
     }
 
-    /// What is done at once, with samples that lie there.
-    pub(crate) fn work<'a>(&self, samples: &'a [[f32; 2]]) -> Work<'a> {
+    /// What is done at once.
+    pub(crate) fn work(&self) -> Work {
         Work {
             slots: self.needed(),
             slot_bytes: self.slot_bytes,
-            samples,
         }
     }
 }
@@ -194,6 +193,7 @@ impl Layout {
 pub(crate) struct Plan {
     pub(crate) frame: Frame,
     pub(crate) layout: Layout,
+    /// Where they lie, from the middle of a pixel; none to a tolerance.
     pub(crate) samples: Vec<[f32; 2]>,
     pub(crate) sample_count: u32,
 }
@@ -254,8 +254,8 @@ impl Plan {
         }
     }
 
-    pub(crate) fn work(&self) -> Work<'_> {
-        self.layout.work(&self.samples)
+    pub(crate) fn work(&self) -> Work {
+        self.layout.work()
     }
 
     /// Tells how far the picture is when of a batch the share `in_batch` is finished.
@@ -270,6 +270,15 @@ impl Plan {
         match observer(Progress { finished }) {
             ControlFlow::Break(()) => Err(RenderError::Cancelled),
             ControlFlow::Continue(()) => Ok(()),
+        }
+    }
+
+    /// For a sample of each pixel of a batch.
+    pub(crate) fn frame_of_sample(&self, batch: Batch, sample: u32) -> Frame {
+        Frame {
+            sample,
+            sample_offset: self.samples[sample as usize],
+            ..self.frame_of(batch)
         }
     }
 

@@ -211,7 +211,6 @@ impl<'d> Bulk<'d> {
         let work = Work {
             slots: BATCH as u32,
             slot_bytes: 0,
-            samples: &[],
         };
         let limits = Limits::for_depth(bvh.depth);
         let pass = Pass::new(device, kernel, features, limits, &gpu_scene, &work)?;

@@ -252,10 +252,7 @@ impl<'p> Prepared<'p> {
         let mut finished: Option<(Batch, SlotsComing)> = None;
         for &batch in &plan.layout.batches {
             for sample in 0..settings.samples {
-                let frame = Frame {
-                    sample,
-                    ..plan.frame_of(batch)
-                };
+                let frame = plan.frame_of_sample(batch, sample);
                 let progress = |finished: f64| {
                     let in_batch = (f64::from(sample) + finished) / f64::from(settings.samples);
                     plan.tell(observer, batch, in_batch)

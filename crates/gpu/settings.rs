@@ -6,8 +6,6 @@ use raytree_control::Tolerance;
 use raytree_film::Window;
 use raytree_scene::model::Camera;
 
-use crate::types::MAX_SAMPLES;
-
 /// How surfaces turn light into radiance (shaders/README.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shading {
@@ -119,8 +117,8 @@ fn tolerance_rays(tolerance: Tolerance) -> u32 {
 }
 
 impl RenderSettings {
-    /// Samples that a pixel can have where all have as many: the shaders hold their offsets in a uniform buffer.
-    pub const MOST_EVEN_SAMPLES: u32 = MAX_SAMPLES;
+    /// Samples that a pixel can have where all have as many: the device adds them up in f32.
+    pub const MOST_EVEN_SAMPLES: u32 = 8192;
 
     /// Samples that a pixel takes at most to keep a tolerance. A highlight of radiance 1,000 that is smaller than a pixel takes tens of
     /// thousands for 0.001 (`materials`).

@@ -8,9 +8,6 @@ use crate::batch::TILE_PIXELS;
 /// How many media the stack of a ray can tell apart.
 pub const MEDIA: usize = 255;
 
-/// How many samples a pixel can have: offsets of two in each entry of `samples`.
-pub const MAX_SAMPLES: u32 = 8192;
-
 /// How many textures a material can have.
 pub const MATERIAL_TEXTURES: usize = 8;
 
@@ -55,6 +52,7 @@ pub struct Frame {
     pub branch_bound: [f32; 3],
     pub order_count: u32,
     pub picture_size: [f32; 2],
+    pub sample_offset: [f32; 2],
     pub window_origin: [u32; 2],
     pub window_size: [u32; 2],
     pub tile_columns: u32,
@@ -78,6 +76,8 @@ pub struct Frame {
     pub texture_kinds: u32,
     pub negligible: u32,
     pub suspended_words: u32,
+    pub unused_0: u32,
+    pub unused_1: u32,
     pub branch_mean: [f32; 3],
     pub light_share: f32,
     pub environment: [EnvironmentLevel; ENVIRONMENT_LEVELS],

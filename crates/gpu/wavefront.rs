@@ -112,7 +112,7 @@ impl Bound {
         device: &Device,
         pipeline: Pipeline,
         resources: &mut Resources,
-        (gpu_scene, work): (&GpuScene, &Work<'_>),
+        (gpu_scene, work): (&GpuScene, &Work),
     ) -> Result<Self, RenderError> {
         for reads in [0, 1] {
             for binding in pipeline.bindings() {
@@ -140,7 +140,7 @@ impl Bound {
 pub(crate) fn begin_compiling(
     device: &Device,
     pipeline: Pipeline,
-    given: (&GpuScene, &Work<'_>),
+    given: (&GpuScene, &Work),
 ) -> Result<(), RenderError> {
     let mut resources = Resources::default();
     let bound = Bound::new(device, pipeline, &mut resources, given)?;
@@ -155,7 +155,7 @@ impl Wavefront {
         features: ProgramFeatures,
         limits: Limits,
         gpu_scene: &GpuScene,
-        work: &Work<'_>,
+        work: &Work,
     ) -> Result<Self, RenderError> {
         let mut resources = Resources::default();
         let (pipelines, state) = begun_ahead(device, features, limits, work.state_bytes())?;

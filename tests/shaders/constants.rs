@@ -12,7 +12,7 @@ use raytree::{
 };
 use raytree_gpu::{
     GpuScene, TABLE_WIDTH, source,
-    types::{self, LeafTriangle, MATERIAL_TEXTURES, MAX_SAMPLES, MEDIA, SRGB_CODES, TextureUse},
+    types::{self, LeafTriangle, MATERIAL_TEXTURES, MEDIA, SRGB_CODES, TextureUse},
 };
 
 use super::module::constant;
@@ -361,7 +361,6 @@ fn kinds_of_lights() {
 fn capacities() {
     let module = parsed();
     assert_eq!(constant(&module, "MEDIA") as usize, MEDIA);
-    assert_eq!(2 * constant(&module, "SAMPLE_PAIRS"), MAX_SAMPLES);
     assert_eq!(constant(&module, "SRGB_CODES") as usize, SRGB_CODES);
     let textures = constant(&module, "MATERIAL_TEXTURES") as usize;
     assert_eq!(textures, MATERIAL_TEXTURES);

@@ -55,9 +55,9 @@ fn on_host() -> Vec<Layout> {
             ray_start sample camera_right max_depth camera_up light_count camera_forward min_weight
             start_right start_t start_up start_depth ambient
             unused background background_kind branch_bound order_count
-            picture_size window_origin window_size tile_columns first_tile
+            picture_size sample_offset window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible suspended_words branch_mean light_share
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible suspended_words unused_0 unused_1 branch_mean light_share
             environment
         }
         LeafTriangle { vertices entry }

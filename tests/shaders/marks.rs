@@ -199,7 +199,7 @@ pub const MARKS: &[Marks] = &[
             "Frame.order_count",
             "Frame.negligible",
         ],
-        instead: &["sample_offset", "samples", "Frame.sample"],
+        instead: &["Frame.sample", "Frame.sample_offset"],
     },
     marks(Feature::Counters, &["tally"]),
     Marks {

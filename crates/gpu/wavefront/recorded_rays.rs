@@ -98,10 +98,7 @@ impl Prepared<'_> {
         for &batch in &self.plan.layout.batches {
             for sample in 0..self.settings.samples {
                 recorder.camera_rays = self.camera_rays(batch, sample)?;
-                recorder.run(&Frame {
-                    sample,
-                    ..self.plan.frame_of(batch)
-                })?;
+                recorder.run(&self.plan.frame_of_sample(batch, sample))?;
             }
         }
         Ok(recorder.recorded)
