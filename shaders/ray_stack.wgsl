@@ -32,12 +32,15 @@ const ITEM_STRAIGHT: u32 = 4u;
 const ITEM_JOINED: u32 = 8u;
 const ITEM_DEPTH_SHIFT: u32 = 4u;
 
-// Items that a slot needs beyond those that a tree leaves pending: one for the ray to trace, one for lights still to be summed up.
+// Items that a slot needs beyond those that a tree leaves pending: for the ray to trace, for lights still to be summed up.
+const ITEMS_TO_TRACE: u32 = 1u;
+const ITEMS_OF_LIGHTS: u32 = 1u;
+
 fn extra_items() -> u32 {
     if (HAS_MANY_LIGHTS) {
-        return 2u;
+        return ITEMS_TO_TRACE + ITEMS_OF_LIGHTS;
     }
-    return 1u;
+    return ITEMS_TO_TRACE;
 }
 
 // Of faces in contact, in words.

@@ -1,5 +1,5 @@
 // What kernels leave for each other: one list of texel-sized words. First come the slots' sums, then what the rays on the list hit, then
-// the ray stacks, level by level, and at last what suspended traversals keep. What belongs together lies side by side, in a cache line if it
+// the ray stacks, level by level, and at last faces in contact and what suspended traversals keep. What belongs together lies side by side, in a cache line if it
 // can: soon few slots are left on the list, far from each other and each at a level of its own. In a storage buffer, since lavapipe
 // takes 20 times as long to store a texel; but a load from one, or a store, is much code (30 ms to compile), so what is more than a word
 // goes through loops whose end drivers can't know: they would unroll them.
@@ -27,7 +27,7 @@ fn item_word(slot: u32, level: u32) -> u32 {
 // is suspended, and the lower part of its stack, two groups in a word, which lies there at any time.
 
 fn contact_word(slot: u32) -> u32 {
-    return item_word(0u, frame.stack_capacity + extra_items()) + slot * frame.suspended_words;
+    return item_word(0u, frame.stack_capacity + extra_items()) + slot * frame.beside_stack_words;
 }
 
 fn traversal_word(slot: u32) -> u32 {

@@ -52,7 +52,7 @@ struct Frame {
     item_words: u32, // of an item on the ray stack, as many as are in use: the last one only where a ray may have media, or holes behind it
     texture_kinds: u32, // bit k: some material has texture k, of the eight below
     negligible: u32, // what is, as a code, where no order says it: tolerance.wgsl
-    suspended_words: u32, // of a slot beside its stack: contact_word
+    beside_stack_words: u32, // of a slot beside its stack: contact_word
     unused_0: u32,
     unused_1: u32,
     branch_mean: vec3f, // what spawned rays bring in the mean, which is shown where one is left out: tolerance.wgsl

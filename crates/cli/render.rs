@@ -25,9 +25,10 @@ pub fn run(args: &RenderArgs, console: Console) -> anyhow::Result<()> {
     args.quality.check()?;
     let outputs = Outputs::plan(args)?;
     cancel::watch()?;
-    let opening = Opening::begin(args.quality.device.as_str().into());
 
+    // Before the device opens, since it may start a thread.
     let progress = Progress::new(console.shows_progress());
+    let opening = Opening::begin(args.quality.device.as_str().into());
     progress.stage("importing");
     let (prepared, import) = timed(|| prepare(args, &outputs, started));
     let Prepared {

@@ -10,8 +10,8 @@ use crate::{
     branch_bound::LEAST_HIGHLIGHT_ALPHA,
     instances::{INSTANCE_NORMAL, INSTANCE_WORDS, MOST_INSTANCES},
     plan::{
-        CAMERA_LEVEL, CONTACT_WORDS, HIT_WORDS, ITEM_WORDS, MOST_LEVELS, MOST_SLOTS, SLOT_WORDS,
-        STACK_VARIABLES, TRAVERSAL_WORDS,
+        CAMERA_LEVEL, CONTACT_WORDS, HIT_WORDS, ITEM_WORDS, ITEMS_OF_LIGHTS, ITEMS_TO_TRACE,
+        MOST_LEVELS, MOST_SLOTS, SLOT_WORDS, STACK_VARIABLES, TRAVERSAL_WORDS,
     },
     source::{self, Limits},
     statistics::{COUNTERS, Counters},
@@ -70,6 +70,8 @@ fn the_largest_radiance_is_the_same() {
 
 #[test]
 fn a_slot_has_room_for_what_a_dispatch_leaves() {
+    assert_eq!(constant(&shaders(), "ITEMS_TO_TRACE"), ITEMS_TO_TRACE);
+    assert_eq!(constant(&shaders(), "ITEMS_OF_LIGHTS"), ITEMS_OF_LIGHTS);
     assert_eq!(constant(&shaders(), "CONTACT_WORDS"), CONTACT_WORDS);
     assert_eq!(constant(&shaders(), "TRAVERSAL_WORDS"), TRAVERSAL_WORDS);
     assert_eq!(constant(&shaders(), "STACK_VARIABLES"), STACK_VARIABLES);

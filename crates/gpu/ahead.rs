@@ -231,11 +231,15 @@ fn create_in_parallel(
 ) -> Result<PicturePipelines, RenderError> {
     let create = |kernel| create_pipeline(device, kernel, features, limits);
     let [camera_rays, trace_rays, shade_hits] = Kernel::PICTURE;
+    let create_others = || (create(camera_rays), create(trace_rays));
     thread::scope(|scope| {
-        let others = scope.spawn(|| (create(camera_rays), create(trace_rays)));
-        let largest = create(shade_hits);
-        let (camera_rays, trace_rays) = others.join().unwrap_or_else(|panic| resume_unwind(panic));
-        Ok([camera_rays?, trace_rays?, largest?])
+        let thread = thread::Builder::new().spawn_scoped(scope, create_others);
+        let shade_hits = create(shade_hits);
+        let (camera_rays, trace_rays) = match thread {
+            Ok(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic)),
+            Err(_) => create_others(),
+        };
+        Ok([camera_rays?, trace_rays?, shade_hits?])
     })
 }
 

@@ -31,7 +31,7 @@ pub struct Cost {
     pub traversal_stack: u32,
     /// Work items that a pixel may leave pending.
     pub ray_stack: u32,
-    /// Of a pixel's state: its sum, its ray stack, and what a suspended traversal takes.
+    /// Of a pixel's state: its sum, its ray stack, and what faces in contact and a suspended traversal take.
     pub pixel_bytes: u64,
     /// Pixels that are rendered at once, and have a stack each.
     pub batch_pixels: u32,

@@ -68,6 +68,10 @@ impl Room {
     }
 }
 
+/// Of the same names in `shaders/ray_stack.wgsl`.
+pub(crate) const ITEMS_TO_TRACE: u32 = 1;
+pub(crate) const ITEMS_OF_LIGHTS: u32 = 1;
+
 /// Words of 16 bytes; of the same name in `shaders/ray_stack.wgsl` and `shaders/traverse.wgsl`.
 pub(crate) const CONTACT_WORDS: u32 = 5;
 pub(crate) const TRAVERSAL_WORDS: u32 = 4;
@@ -116,7 +120,7 @@ pub(crate) struct Layout {
     slot_bytes: u64,
     stack_capacity: u32,
     item_words: u32,
-    suspended_words: u32,
+    beside_stack_words: u32,
     /// Slots may take what they are ordered to, not the pixels of tiles.
     orders: bool,
 }
@@ -144,16 +148,16 @@ impl Layout {
             .saturating_add(1)
             .min(MOST_LEVELS - extra_items(features));
         let item_words = item_words(features);
-        let mut suspended_words = 0;
+        let mut beside_stack_words = 0;
         if features.has(Feature::Contact) {
-            suspended_words += CONTACT_WORDS;
+            beside_stack_words += CONTACT_WORDS;
         }
         if features.has(Feature::LongRays) {
             let below = limits.traversal_stack - STACK_VARIABLES;
-            suspended_words += TRAVERSAL_WORDS + below.div_ceil(2);
+            beside_stack_words += TRAVERSAL_WORDS + below.div_ceil(2);
         }
         let stack_words = (stack_capacity + extra_items(features)) * item_words;
-        let slot_words = SLOT_WORDS + HIT_WORDS + stack_words + suspended_words;
+        let slot_words = SLOT_WORDS + HIT_WORDS + stack_words + beside_stack_words;
         let slot_bytes = WORD_BYTES * u64::from(slot_words);
         let batch_pixels = settings.batch_pixels.unwrap_or(room.pixels).min(MOST_SLOTS);
         let slots = (room.state_bytes / slot_bytes).min(u64::from(batch_pixels)) as u32;
@@ -165,7 +169,7 @@ impl Layout {
             slot_bytes,
             stack_capacity,
             item_words,
-            suspended_words,
+            beside_stack_words,
             orders: settings.tolerance.is_some(),
         }
     }
@@ -226,7 +230,7 @@ impl Plan {
             tile_columns: layout.tiling.columns,
             stack_capacity: layout.stack_capacity,
             item_words: layout.item_words,
-            suspended_words: layout.suspended_words,
+            beside_stack_words: layout.beside_stack_words,
             step_budget: STEP_BUDGET,
             tolerance: settings.numerics.tolerance,
             ..gpu.frame()
@@ -296,9 +300,9 @@ impl Plan {
 /// As in `shaders/ray_stack.wgsl`.
 pub(crate) fn extra_items(features: ProgramFeatures) -> u32 {
     if features.has(Feature::ManyLights) {
-        2
+        ITEMS_TO_TRACE + ITEMS_OF_LIGHTS
     } else {
-        1
+        ITEMS_TO_TRACE
     }
 }
 

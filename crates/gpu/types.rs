@@ -75,7 +75,7 @@ pub struct Frame {
     pub item_words: u32,
     pub texture_kinds: u32,
     pub negligible: u32,
-    pub suspended_words: u32,
+    pub beside_stack_words: u32,
     pub unused_0: u32,
     pub unused_1: u32,
     pub branch_mean: [f32; 3],

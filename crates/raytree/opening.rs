@@ -14,6 +14,7 @@ use raytree_gpu::{Ahead, Device, DeviceChoice, DeviceError, ProgramFeatures, Ren
 pub struct Opening {
     choice: DeviceChoice,
     picture: Sender<AskedFor>,
+    asked: bool,
     /// `None`: there was none to be had, or it was waited for.
     thread: Option<JoinHandle<Opened>>,
 }
@@ -38,11 +39,12 @@ impl Opening {
         Self {
             choice,
             picture,
+            asked: false,
             thread: thread.ok(),
         }
     }
 
-    /// Begins what pictures with these features need, as soon as the device is open; once at most.
+    /// Begins what pictures with these features need, as soon as the device is open. Of further pictures nothing is begun.
     ///
     /// # Errors
     /// As [`Device::open`], if it is known by now that there is none; that is not waited for.
@@ -51,7 +53,10 @@ impl Opening {
         features: ProgramFeatures,
         settings: &RenderSettings,
     ) -> Result<(), DeviceError> {
-        // Who has not been asked yet only ends if it has failed.
+        if std::mem::replace(&mut self.asked, true) {
+            return Ok(());
+        }
+        // Who has not been asked only ends if it has failed.
         if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
             joined(thread)?;
         }
@@ -110,15 +115,17 @@ mod tests {
         let nobody = DeviceChoice::Name("no device is called so".to_owned());
         let waited_for = Opening::begin(nobody.clone()).wait();
         let expected = waited_for.map(|(device, _)| device).unwrap_err();
-        let mut opening = Opening::begin(nobody);
         let settings = RenderSettings::new(4, 4, default_camera(&Scene::default()));
         let features = ProgramFeatures::of(&SceneFeatures::default(), &settings);
-        let found = loop {
-            if let Err(error) = opening.prepare(features, &settings) {
-                break error;
-            }
+        let mut opening = Opening::begin(nobody);
+        while opening
+            .thread
+            .as_ref()
+            .is_some_and(|thread| !thread.is_finished())
+        {
             std::thread::yield_now();
-        };
+        }
+        let found = opening.prepare(features, &settings).unwrap_err();
         assert_eq!(found.to_string(), expected.to_string());
     }
 }

@@ -184,7 +184,7 @@ impl Polygon {
 /// Boxes around faces, halved by their middles: node `k` has the children `2k + 1` and `2k + 2`, each half of its range.
 struct Tree {
     faces: Vec<Face>,
-    /// .. in that of the leaves.
+    /// Indices of `faces`, leaf after leaf.
     order: Vec<u32>,
     /// Nodes that don't exist have boxes of nothing.
     nodes: Vec<Node>,
@@ -265,7 +265,7 @@ impl Tree {
         let levels = faces.len().div_ceil(LEAF_SIZE).next_power_of_two().ilog2() + 1;
         let middle = |face: &Face| (face.min + face.max).as_vec3().to_array();
         let mut places: Vec<(u32, [f32; 3])> = (0..).zip(faces.iter().map(middle)).collect();
-        sort(&mut places, levels);
+        halve(&mut places, levels);
         let mut tree = Self {
             order: places.into_iter().map(|(face, _)| face).collect(),
             faces,
@@ -343,9 +343,11 @@ impl Tree {
         let mut near = self
             .faces_in(of_one.clone())
             .filter(|face| self.nodes[*other].may_touch(&Node::of(face)));
+        // At the border of what counts as one place it depends on whose normal it is seen along.
+        let touch = |a: &Face, b: &Face| a.touches(b) || b.touches(a);
         near.any(|face| {
             self.faces_in(of_other.clone())
-                .any(|other| face.touches(other))
+                .any(|other| touch(face, other))
         })
     }
 
@@ -371,7 +373,7 @@ fn halves(node: usize, range: Range<usize>) -> Pair {
 }
 
 /// Halves places, with what they are the places of, along their longest extent, and so on for as many levels.
-fn sort(places: &mut [(u32, [f32; 3])], levels: u32) {
+fn halve(places: &mut [(u32, [f32; 3])], levels: u32) {
     if levels <= 1 || places.is_empty() {
         return;
     }
@@ -383,8 +385,8 @@ fn sort(places: &mut [(u32, [f32; 3])], levels: u32) {
     let middle = places.len() / 2;
     places.select_nth_unstable_by(middle, |a, b| a.1[axis].total_cmp(&b.1[axis]));
     let (left, right) = places.split_at_mut(middle);
-    sort(left, levels - 1);
-    sort(right, levels - 1);
+    halve(left, levels - 1);
+    halve(right, levels - 1);
 }
 
 #[cfg(test)]
@@ -495,5 +497,58 @@ mod tests {
         let last = triangles[333];
         triangles.push((WATER, last.1, last.2, true));
         assert!(exists(&scene(&triangles)));
+    }
+
+    /// Triangles anywhere, some in a common plane, some with one that nearly lies on them.
+    fn soup(random: &mut impl FnMut() -> f64, count: usize, flat: bool) -> Vec<Face> {
+        let kinds = [Kind::Solid, Kind::Solid];
+        let mut faces: Vec<Face> = Vec::new();
+        let add = |faces: &mut Vec<Face>, corners, material| {
+            faces.extend(Face::of(&PlacedTriangle { corners, material }, &kinds));
+        };
+        for _ in 0..count {
+            let mut point = |size: f64| {
+                let [x, y, z] = [random(), random(), random()].map(|share| size * share);
+                DVec3::new(x, y, if flat { (4.0 * z).round() / 4.0 } else { z })
+            };
+            let at = point(3.0);
+            let mut corners = [at, at + point(0.3), at + point(0.3)];
+            if flat {
+                corners = corners.map(|corner| corner.with_z(at.z));
+            }
+            let material = u32::from(random() < 0.5);
+            add(&mut faces, corners, material);
+        }
+        if random() < 0.5
+            && let Some(face) = faces.last()
+        {
+            let ([a, b, c], off) = (face.corners, 2.2 * random() * face.height * face.normal);
+            add(
+                &mut faces,
+                [a + off, c + off, b + off],
+                u32::from(random() < 0.5),
+            );
+        }
+        faces
+    }
+
+    #[test]
+    fn whole_parts_are_left_out_only_where_nothing_touches() {
+        let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(0x5851_f42d_4c95_7f2d)
+                .wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 40) as f64 / (1_u64 << 24) as f64
+        };
+        let mut found = [0; 2];
+        for round in 0..400 {
+            let count = [1, 2, 7, 8, 9, 17, 40, 130][round % 8];
+            let faces = soup(&mut random, count, round % 3 == 0);
+            let touches = faces.iter().any(|a| faces.iter().any(|b| a.touches(b)));
+            assert_eq!(Tree::build(faces).any_pair(), touches, "round {round}");
+            found[usize::from(touches)] += 1;
+        }
+        assert!(found.iter().all(|&count| count > 50), "{found:?}");
     }
 }

@@ -57,7 +57,7 @@ fn on_host() -> Vec<Layout> {
             unused background background_kind branch_bound order_count
             picture_size sample_offset window_origin window_size tile_columns first_tile
             tile_count tile_stride slot_count stack_capacity step_budget vertex_words uv_word color_word
-            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible suspended_words unused_0 unused_1 branch_mean light_share
+            tangent_word rotation_cos rotation_sin max_rays camera_media zero tolerance item_words texture_kinds negligible beside_stack_words unused_0 unused_1 branch_mean light_share
             environment
         }
         LeafTriangle { vertices entry }
