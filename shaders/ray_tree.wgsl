@@ -51,7 +51,7 @@ fn store_slot(slot: u32) {
     store_words(slot_word(slot), words, SLOT_WORDS);
 }
 
-// The camera ray of a slot.
+// The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
 fn camera_item(slot: u32, loaded: SlotState) -> WorkItem {
     var pixel: vec2u;
     var offset: vec2f;
@@ -560,13 +560,17 @@ fn item_below(slot: u32, index: u32) -> WorkItem {
     return item_of(load_state(FIRST_ITEM_WORD, end, slot, index, pending - 1u).item);
 }
 
-// What is stored of an entry: of a camera ray, with the first sample, no sum, but the order where there are orders.
+// What is stored of an entry: of a camera ray no item, and with the first sample no sum, but the order where there are orders.
 fn load_entry(slot: u32, level: u32, index: u32) -> SlotState {
     var first = RADIANCE_WORD;
-    if (!HAS_TOLERANCE) {
-        first = select(RADIANCE_WORD, HIT_WORD, level == CAMERA_LEVEL && frame.sample == 0u);
+    var end = FIRST_ITEM_WORD + frame.item_words;
+    if (level == CAMERA_LEVEL) {
+        if (!HAS_TOLERANCE) {
+            first = select(HIT_WORD, RADIANCE_WORD, frame.sample > 0u);
+        }
+        end = FIRST_ITEM_WORD;
     }
-    return load_state(first, FIRST_ITEM_WORD + frame.item_words, slot, index, item_level(level));
+    return load_state(first, end, slot, index, level);
 }
 
 // Goes on with a slot whose ray on top of the stack was traced. The result: its entry in the list of those with a ray to trace.
@@ -576,7 +580,10 @@ fn advance(entry: u32, index: u32) -> u32 {
     let loaded = load_entry(slot, pending, index);
     var item = item_of(loaded.item);
     let begins = pending == CAMERA_LEVEL;
-    pending = item_level(pending);
+    if (begins) {
+        item = camera_item(slot, loaded);
+        pending = 0u;
+    }
     var hit = item.hit;
     var meets = true;
     if (item.kind != LIGHTS) {

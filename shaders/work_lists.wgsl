@@ -13,7 +13,7 @@ const NO_ENTRY: u32 = 0xffffffffu;
 const ENTRY_SLOT: u32 = 0xfffffu;
 const ENTRY_LEVEL_SHIFT: u32 = 20u;
 const ENTRY_LEVEL: u32 = 0x3ffu;
-const CAMERA_LEVEL: u32 = 0x3ffu; // instead of a level: the slot's camera ray, which is made when it is traced, and is then at the lowest
+const CAMERA_LEVEL: u32 = 0x3ffu; // instead of a level: the slot's camera ray, which nothing is stored of
 const ENTRY_SUSPENDED: u32 = 0x40000000u; // in the midst of its traversal
 const ENTRY_GATHERING: u32 = 0x80000000u; // faces in contact are gathered
 
@@ -27,11 +27,6 @@ fn entry_slot(entry: u32) -> u32 {
 
 fn entry_level(entry: u32) -> u32 {
     return (entry >> ENTRY_LEVEL_SHIFT) & ENTRY_LEVEL;
-}
-
-// Where on its stack the ray of an entry lies that was traced.
-fn item_level(level: u32) -> u32 {
-    return select(level, 0u, level == CAMERA_LEVEL);
 }
 
 const LIST_WORKGROUP: u32 = 64u;

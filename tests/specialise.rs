@@ -24,7 +24,7 @@ use raytree::{
 };
 use raytree_gpu::Rendered;
 use raytree_scene::environment::EquirectMap;
-use raytree_stress::scenes::{Build, pinhole, unfiltered};
+use raytree_stress::scenes::{Build, clear_glass, matte, pinhole, unfiltered};
 
 fn render_with_everything(
     device: &Device,
@@ -336,6 +336,48 @@ fn solids_of_the_book_absorb() {
         ..Material::default()
     }]);
     assert!(assert_same(device, "kt", &scene).has(Feature::Absorption));
+}
+
+/// What a program keeps of a slot beside its sum lies elsewhere in each of these: faces in contact, traversals that may be suspended, lights that
+/// are left.
+#[test]
+fn slots_have_room_for_what_a_program_leaves() {
+    let Some(device) = support::device() else {
+        return;
+    };
+    for in_contact in [true, false] {
+        for is_large in [true, false] {
+            for lights in [1, 3_u16] {
+                let scene = blocks(in_contact, is_large, lights);
+                let what = format!("{in_contact} {is_large} {lights}");
+                let found = assert_same(device, &what, &scene);
+                let expected = [in_contact, is_large, lights > 1];
+                let features = [Feature::Contact, Feature::LongRays, Feature::ManyLights];
+                assert_eq!(features.map(|feature| found.has(feature)), expected);
+            }
+        }
+    }
+}
+
+/// Two blocks of glass, one on the other or above it, and a ball.
+fn blocks(in_contact: bool, is_large: bool, lights: u16) -> Scene {
+    let mut build = Build::before([0.2, 0.3, 0.4]);
+    let glass = build.material(clear_glass(1.5));
+    let water = build.material(clear_glass(1.3));
+    let stone = build.material(matte([0.7, 0.5, 0.3]));
+    build.square(-0.6 * Vec3::Z, Vec3::Z, 1.5, stone);
+    let gap = if in_contact { 0.0 } else { 0.05 };
+    build.cuboid(Vec3::new(-0.5, -0.4, -0.5), Vec3::new(0.3, 0.4, 0.0), glass);
+    let low = Vec3::new(-0.3, -0.5, gap);
+    build.cuboid(low, Vec3::new(0.5, 0.3, 0.4 + gap), water);
+    let levels = if is_large { 4 } else { 1 };
+    build.ball(Vec3::new(0.8, 0.5, 0.0), 0.25, levels, glass);
+    for k in 0..lights {
+        let direction = DVec3::new(0.3 * f64::from(k) - 0.2, 0.3, -1.0).normalize();
+        build.light(LightKind::Directional { direction }, 2.0);
+    }
+    build.0.surroundings.environment = Some(gradient());
+    build.0
 }
 
 #[test]

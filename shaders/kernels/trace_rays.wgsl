@@ -31,7 +31,6 @@ fn trace_rays(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
     var ray = item_of(loaded.item);
     if (is_camera) {
         ray = camera_item(slot, loaded);
-        store_item(slot, item_level(level), ray);
     }
     if (ray.kind == LIGHTS) {
         return;

@@ -104,7 +104,7 @@ impl Prepared<'_> {
         Ok(recorder.recorded)
     }
 
-    /// The ray that each slot of a batch begins with, by the device's own function: nothing is stored of it before it is traced.
+    /// The ray that each slot of a batch begins with, by the device's own function: nothing is stored of it there.
     fn camera_rays(&self, batch: Batch, sample: u32) -> Result<Vec<ProbeRay>, RenderError> {
         let (plan, settings) = (&self.plan, self.settings);
         let region = settings.visible_region();
