@@ -42,13 +42,19 @@ fn begin_sample(slot: u32, loaded: SlotState) {
     radiance.w += 1.0;
 }
 
-fn store_slot(slot: u32) {
+// What has changed of it: stores are slow (on lavapipe each lane's each component is one of its own).
+fn store_slot(slot: u32, loaded: SlotState, begins: bool) {
     var counts = vec4u(rays, common_rays, dropped);
     if (HAS_TOLERANCE) {
         counts = packed_counts();
     }
-    let words = Words(bitcast<vec4u>(radiance), counts, vec4u(0u), vec4u(0u), vec4u(0u));
-    store_words(slot_word(slot), words, SLOT_WORDS);
+    let sum = bitcast<vec4u>(radiance);
+    let has_sum = begins || any(sum != loaded.radiance);
+    let has_counts = begins || any(counts != loaded.counts);
+    let end = loop_end(select(1u, SLOT_WORDS, has_counts));
+    for (var k = select(1u, 0u, has_sum); k < end; k++) {
+        state[slot_word(slot) + k] = select(counts, sum, k == 0u);
+    }
 }
 
 // The camera ray of a slot, which each kernel that needs it makes anew: that is less than to store and load it.
@@ -632,7 +638,7 @@ fn advance(entry: u32, index: u32) -> u32 {
     if (meets) {
         shade(slot, item, hit);
     }
-    store_slot(slot);
+    store_slot(slot, loaded, begins);
     if (pending == 0u) {
         return NO_ENTRY;
     }
