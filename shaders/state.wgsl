@@ -37,11 +37,6 @@ fn traversal_word(slot: u32) -> u32 {
     return contact_word(slot);
 }
 
-// Where pair 0 of the groups lies.
-fn first_pair_word(slot: u32) -> u32 {
-    return traversal_word(slot) + TRAVERSAL_WORDS;
-}
-
 const HIT_BACK: u32 = 1u; // in a hit's last component, which has room for more
 
 const MET_SHIFT: u32 = 2u; // above TRACED_SUSPENDED

@@ -21,7 +21,7 @@ var<private> below: array<vec4u, (TRAVERSAL_STACK - STACK_VARIABLES + 1u) / 2u>;
 var<private> traversal_slot: u32;
 
 fn pair_word(pair: u32) -> u32 {
-    return first_pair_word(traversal_slot) + pair;
+    return traversal_word(traversal_slot) + TRAVERSAL_WORDS + pair;
 }
 
 fn push_group(group: vec2u) {

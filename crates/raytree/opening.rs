@@ -13,8 +13,8 @@ use raytree_gpu::{Ahead, Device, DeviceChoice, DeviceError, ProgramFeatures, Ren
 #[derive(Debug)]
 pub struct Opening {
     choice: DeviceChoice,
-    picture: Sender<AskedFor>,
-    asked: bool,
+    /// `None`: a picture was asked for, or none will be.
+    picture: Option<Sender<AskedFor>>,
     /// `None`: there was none to be had, or it was waited for.
     thread: Option<JoinHandle<Opened>>,
 }
@@ -38,8 +38,7 @@ impl Opening {
             .spawn(move || open(&chosen, &asked_for));
         Self {
             choice,
-            picture,
-            asked: false,
+            picture: Some(picture),
             thread: thread.ok(),
         }
     }
@@ -53,15 +52,15 @@ impl Opening {
         features: ProgramFeatures,
         settings: &RenderSettings,
     ) -> Result<(), DeviceError> {
-        if std::mem::replace(&mut self.asked, true) {
+        let Some(picture) = self.picture.take() else {
             return Ok(());
-        }
+        };
         // Who has not been asked only ends if it has failed.
         if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
             joined(thread)?;
         }
         // Nobody takes it if it has failed since.
-        let _ = self.picture.send((features, settings.clone()));
+        let _ = picture.send((features, settings.clone()));
         Ok(())
     }
 
@@ -70,24 +69,18 @@ impl Opening {
     /// # Errors
     /// As [`Device::open`].
     pub fn wait(mut self) -> Opened {
+        self.picture = None;
         match self.thread.take() {
-            Some(thread) => {
-                self.ask_no_more();
-                joined(thread)
-            }
+            Some(thread) => joined(thread),
             None => Ok((Device::open(&self.choice)?, None)),
         }
-    }
-
-    fn ask_no_more(&mut self) {
-        self.picture = channel().0;
     }
 }
 
 impl Drop for Opening {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            self.ask_no_more();
+            self.picture = None;
             // A panic there has said so itself.
             let _ = thread.join();
         }
